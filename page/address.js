@@ -9,37 +9,37 @@ function readAddress() {
 
 /** Sets the state that the address describes; values that are not valid are ignored. */
 function applyAddress(viewer) {
-    const asked = readAddress();
+    const params = readAddress();
     const { isovalue } = parseIsovalue(
-        asked.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples);
+        params.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples);
     if (isovalue !== undefined) viewer.setIsovalue(isovalue);
-    const largest = Number(asked.get("keep"));
-    const minVolume = Number(asked.get("min_volume"));
-    if (asked.has("keep")) viewer.select({ largest: largest >= 1 ? Math.floor(largest) : null });
-    if (minVolume >= 0 && asked.has("min_volume")) viewer.select({ minVolume });
-    if (viewer.canShow(asked.get("color"))) viewer.setColoring({ color: asked.get("color") });
-    if (Object.hasOwn(viewer.about.maps, asked.get("map"))) viewer.setColoring({ map: asked.get("map") });
-    const clip = /^(-?)([xyz]),([\d.]+)$/.exec(asked.get("clip") ?? "");
+    const largest = Number(params.get("keep"));
+    const minVolume = Number(params.get("min_volume"));
+    if (params.has("keep")) viewer.select({ largest: largest >= 1 ? Math.floor(largest) : null });
+    if (minVolume >= 0 && params.has("min_volume")) viewer.select({ minVolume });
+    if (viewer.canShow(params.get("color"))) viewer.setColoring({ color: params.get("color") });
+    if (Object.hasOwn(viewer.about.maps, params.get("map"))) viewer.setColoring({ map: params.get("map") });
+    const clip = /^(-?)([xyz]),([\d.]+)$/.exec(params.get("clip") ?? "");
     if (clip) viewer.setLook({ clip: { axis: "xyz".indexOf(clip[2]), share: Math.min(Number(clip[3]), 1), turned: clip[1] === "-" } });
-    else if (asked.has("clip")) viewer.setLook({ clip: null });
-    const opacity = Number(asked.get("opacity"));
-    if (asked.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
-    if (LIGHTS.includes(asked.get("light"))) viewer.setLook({ light: asked.get("light") });
-    const background = asked.get("background");
+    else if (params.has("clip")) viewer.setLook({ clip: null });
+    const opacity = Number(params.get("opacity"));
+    if (params.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
+    if (LIGHTS.includes(params.get("light"))) viewer.setLook({ light: params.get("light") });
+    const background = params.get("background");
     if (background === "auto" || Object.hasOwn(BACKGROUNDS, background)) viewer.setLook({ background });
-    if (/^[0-9a-f]{6}$/.test(asked.get("front"))) viewer.setColoring({ front: asked.get("front") });
+    if (/^[0-9a-f]{6}$/.test(params.get("front"))) viewer.setColoring({ front: params.get("front") });
     for (const name of ["only", "without"]) {
-        for (const text of asked.get(name)?.split(";") ?? []) {
+        for (const text of params.get(name)?.split(";") ?? []) {
             const point = text.split(",").map(Number);
             if (point.length === 3 && point.every(Number.isFinite)) viewer.selection.pick(point, name === "without");
         }
     }
     for (const name of [...SWITCHES, "open"]) {
-        if (asked.has(name)) viewer.setLook({ [name]: asked.get(name) !== "0" });
+        if (params.has(name)) viewer.setLook({ [name]: params.get(name) !== "0" });
     }
-    if (asked.has("also")) viewer.setExtras(parseExtras(asked.get("also"), viewer));
-    if (asked.has("scale")) viewer.setColoring(parseEnds(asked.get("scale")) ?? {});
-    const numbers = (asked.get("view") ?? "").split(",").map(Number);
+    if (params.has("also")) viewer.setExtras(parseExtras(params.get("also"), viewer));
+    if (params.has("scale")) viewer.setColoring(parseEnds(params.get("scale")) ?? {});
+    const numbers = (params.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
         viewer.isFitWanted = false;
@@ -67,9 +67,9 @@ function writeAddress(viewer) {
     const { azimuth, elevation, distance, target } = viewer.view;
     const rounded = [azimuth, elevation, distance, ...target].map((x) => Number(x.toPrecision(6)));
     const view = (target.some((x) => x !== 0) ? rounded : rounded.slice(0, 3)).join(",");
-    const asked = readAddress();
-    asked.set("isovalue", Number(viewer.isovalue.toPrecision(9)));
-    asked.set("view", view);
+    const params = readAddress();
+    params.set("isovalue", Number(viewer.isovalue.toPrecision(9)));
+    params.set("view", view);
     const { largest, minVolume } = viewer.selection;
     const { color, map, low, high, front } = viewer.coloring;
     const { clip } = viewer.look;
@@ -87,10 +87,10 @@ function writeAddress(viewer) {
         ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
         ["scale", textOfEnds(low, high)]];
     for (const [name, value] of values) {
-        if (value === null) asked.delete(name);
-        else asked.set(name, value);
+        if (value === null) params.delete(name);
+        else params.set(name, value);
     }
-    viewer.address = `#${asked.toString().replaceAll("%2C", ",").replaceAll("%3B", ";")}`;
+    viewer.address = `#${params.toString().replaceAll("%2C", ",").replaceAll("%3B", ";")}`;
     try {
         history.replaceState(null, "", viewer.address);
     } catch {

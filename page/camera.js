@@ -65,16 +65,16 @@ function boxAround(boxes) {
  * The distance and target at which a box of the voxel frame fits the picture from the angles of a view; those of the volume
  * without a box. The box is enlarged to MIN_BOX voxels along each axis.
  */
-function fitOf(volume, box, view, width, height) {
+function fittedView(volume, box, view, width, height) {
     if (!box) return { distance: 1, target: [0, 0, 0] };
     const { direction } = volume.placement;
     const { corners, middle } = boxOf(volume);
     const [least, most] = box;
     const halves = least.map((x, axis) => 0.5 * Math.max(most[axis] - x, MIN_BOX));
-    const around = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
+    const boxCorners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
         inWorldAxes(direction, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
     const axes = axesOf(view);
-    const [fit, whole] = [around, corners].map((c) => fitDistance(axes, c, width, height, view.orthographic));
+    const [fit, whole] = [boxCorners, corners].map((c) => fitDistance(axes, c, width, height, view.orthographic));
     const target = inWorldAxes(direction, least.map((x, axis) => 0.5 * (x + most[axis])));
     return {
         distance: Math.min(Math.max(fit / whole, NEAREST), FARTHEST),
@@ -169,32 +169,32 @@ function targetAt(point, volume) {
 function meshPointUnder({ surface }, { clipFromVoxel: m, eyeFromVoxel: e, isParallel }, [x, y], plane) {
     const { nTriangles, nVertices, corners, positions: p } = surface;
     // Each vertex's place in the picture relative to the point, and its distance.
-    const seen = new Float64Array(3 * nVertices);
+    const screen = new Float64Array(3 * nVertices);
     for (let at = 0; at < 3 * nVertices; at += 3) {
         const w = m[3] * p[at] + m[7] * p[at + 1] + m[11] * p[at + 2] + m[15];
-        seen[at] = (m[0] * p[at] + m[4] * p[at + 1] + m[8] * p[at + 2] + m[12]) / w - x;
-        seen[at + 1] = (m[1] * p[at] + m[5] * p[at + 1] + m[9] * p[at + 2] + m[13]) / w - y;
-        seen[at + 2] = isParallel ? -(e[2] * p[at] + e[6] * p[at + 1] + e[10] * p[at + 2] + e[14]) : w;
+        screen[at] = (m[0] * p[at] + m[4] * p[at + 1] + m[8] * p[at + 2] + m[12]) / w - x;
+        screen[at + 1] = (m[1] * p[at] + m[5] * p[at + 1] + m[9] * p[at + 2] + m[13]) / w - y;
+        screen[at + 2] = isParallel ? -(e[2] * p[at] + e[6] * p[at + 1] + e[10] * p[at + 2] + e[14]) : w;
     }
     let [nearest, found] = [Infinity, null];
     for (let t = 0; t < 3 * nTriangles; t += 3) {
         const [a, b, c] = [3 * corners[t], 3 * corners[t + 1], 3 * corners[t + 2]];
-        if (!isParallel && (seen[a + 2] <= 0 || seen[b + 2] <= 0 || seen[c + 2] <= 0)) continue;
-        const u = seen[b] * seen[c + 1] - seen[b + 1] * seen[c];
-        const v = seen[c] * seen[a + 1] - seen[c + 1] * seen[a];
-        const w = seen[a] * seen[b + 1] - seen[a + 1] * seen[b];
+        if (!isParallel && (screen[a + 2] <= 0 || screen[b + 2] <= 0 || screen[c + 2] <= 0)) continue;
+        const u = screen[b] * screen[c + 1] - screen[b + 1] * screen[c];
+        const v = screen[c] * screen[a + 1] - screen[c + 1] * screen[a];
+        const w = screen[a] * screen[b + 1] - screen[a + 1] * screen[b];
         const total = u + v + w;
         if (total === 0 || u / total < 0 || v / total < 0 || w / total < 0) continue;
-        const shares = [u / total, v / total, w / total];
-        let depth = shares[0] * seen[a + 2] + shares[1] * seen[b + 2] + shares[2] * seen[c + 2];
+        const weights = [u / total, v / total, w / total];
+        let depth = weights[0] * screen[a + 2] + weights[1] * screen[b + 2] + weights[2] * screen[c + 2];
         if (!isParallel) {
             // Perspective-correct barycentric coordinates.
-            [a, b, c].forEach((corner, i) => { shares[i] /= seen[corner + 2]; });
-            depth = 1 / (shares[0] + shares[1] + shares[2]);
-            shares.forEach((share, i) => { shares[i] = depth * share; });
+            [a, b, c].forEach((corner, i) => { weights[i] /= screen[corner + 2]; });
+            depth = 1 / (weights[0] + weights[1] + weights[2]);
+            weights.forEach((weight, i) => { weights[i] = depth * weight; });
         }
         if (depth >= nearest) continue;
-        const at = [0, 1, 2].map((i) => shares[0] * p[a + i] + shares[1] * p[b + i] + shares[2] * p[c + i]);
+        const at = [0, 1, 2].map((i) => weights[0] * p[a + i] + weights[1] * p[b + i] + weights[2] * p[c + i]);
         const eye = (row) => e[row] * at[0] + e[4 + row] * at[1] + e[8 + row] * at[2] + e[12 + row];
         if (plane && plane[0] * eye(0) + plane[1] * eye(1) + plane[2] * eye(2) + plane[3] < 0) continue;
         [nearest, found] = [depth, at];

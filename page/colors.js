@@ -26,7 +26,7 @@ function stopsOf(map) {
 }
 
 /** A quantity on a surface: its name, a value per triangle or (perVertex) per vertex, and the default ends of its scale. */
-function numbersOf(color, surface, { field }, [low, high]) {
+function quantityOf(color, surface, { field }, [low, high]) {
     const { nTriangles, nVertices, spectrum } = surface;
     const values = new Float32Array(color === "field" ? nVertices : nTriangles);
     if (color === "field") {
@@ -104,17 +104,17 @@ function textOfEnds(low, high) {
 }
 
 /** The ends of the scale of a quantity, from its values and from the ends that the reader has set. */
-function scaleOf({ low, high, values, perVertex }, wanted, { triangles, spectrum }) {
+function scaleOf({ low, high, values, perVertex }, chosen, { triangles, spectrum }) {
     const at = (end, usual) => {
         if (typeof end !== "string") return end ?? usual;
         const inner = values.filter((x, i) => x === x && (perVertex || !spectrum.caps[triangles[i]])).sort();
         return inner[Math.round(((inner.length - 1) * end.slice(1)) / 100)] ?? usual;
     };
-    let ends = [at(wanted.low, low), at(wanted.high, high)];
-    const center = wanted.center ?? null;
+    let ends = [at(chosen.low, low), at(chosen.high, high)];
+    const center = chosen.center ?? null;
     if (center !== null) {
-        const reach = Math.max(...ends.map((end) => Math.abs(end - center)));
-        ends = [center - reach, center + reach];
+        const halfRange = Math.max(...ends.map((end) => Math.abs(end - center)));
+        ends = [center - halfRange, center + halfRange];
     }
     return ends[0] < ends[1] ? ends : [low, high];
 }
@@ -149,12 +149,12 @@ class Legend {
     }
 
     /** Shows a scale with a map, or the colours of the first components. */
-    show(shown, isDark) {
-        this.element.hidden = !shown;
+    show(content, isDark) {
+        this.element.hidden = !content;
         this.element.className = isDark ? "on-dark" : "on-light";
-        if (!shown) return;
-        setText(this.name, shown.name);
-        const { ends, map } = shown;
+        if (!content) return;
+        setText(this.name, content.name);
+        const { ends, map } = content;
         const texts = ends ? scaleTexts(ends) : ["1", "2, 3, …", ""];
         this.ends.forEach((end, i) => setText(end, texts[i]));
         const colors = cssColorsOf(map) ?? COMPONENT_COLORS.flatMap((color, i) =>

@@ -93,8 +93,8 @@ class Selection {
     /** Whether a component that was tracked has no vertex in these components. */
     isLost(surface, components) {
         if (this.picks.length === 0 || !this.owner) return false;
-        const seen = this.votes(surface, components);
-        return this.picks.some((pick, i) => !pick.isFresh && pick.component !== null && seen[i].size === 0);
+        const votes = this.votes(surface, components);
+        return this.picks.some((pick, i) => !pick.isFresh && pick.component !== null && votes[i].size === 0);
     }
 
     /** For each pick, the number of its vertices in each component. */

@@ -3,7 +3,7 @@
 
 const NONE = -1;
 /** The most gates at a vertex that are searched for the other side of an edge. */
-const MAX_GATES_SEARCHED = 64;
+const MAX_SEARCH = 64;
 /** Codes of the third vertex of a triangle at a gate. */
 const [NEW, SKIP, JUMP, LEAP, DEPTH, ALONG] = [0, 1, 2, 3, 4, 5];
 
@@ -12,9 +12,9 @@ const [NEW, SKIP, JUMP, LEAP, DEPTH, ALONG] = [0, 1, 2, 3, 4, 5];
  * vertex, the gates before and after it in its loop, the half-edge of the living triangle behind it.
  */
 const GATE = 7;
-const [FROM, TO, OPEN, OLDER, BEFORE, AFTER, BEHIND] = [0, 1, 2, 3, 4, 5, 6];
+const [FROM, TO, OPEN, OLDER, PREVIOUS, NEXT, BEHIND] = [0, 1, 2, 3, 4, 5, 6];
 
-/** Values of `asked` that are no rank. */
+/** Values of `flagRank` that are no rank. */
 const [DEAD, NEVER] = [-2, -1];
 
 /** The next and the previous half-edge of the same triangle. */
@@ -29,56 +29,56 @@ class Holes {
         this.gates = new Int32Array(GATE * 1024);
         this.nGates = 0;
         // The newest gate that starts at each vertex.
-        this.starting = new Int32Array(nVertices).fill(NONE);
+        this.newestGate = new Int32Array(nVertices).fill(NONE);
         this.vertices = vertices;
         // By half-edge, its twin; for those of dying triangles at a gate, -2 minus the gate's number.
         this.twins = new Int32Array(vertices.length).fill(NONE);
         // By vertex, a half-edge of a living triangle that starts there.
-        this.leaving = new Int32Array(nVertices).fill(NONE);
-        // By triangle, the last rank for which an answer was read whether it dies; DEAD or NEVER.
-        this.asked = new Int32Array(vertices.length / 3).fill(NEVER);
+        this.outgoing = new Int32Array(nVertices).fill(NONE);
+        // By triangle, the last rank at which it had a flag; DEAD or NEVER.
+        this.flagRank = new Int32Array(vertices.length / 3).fill(NEVER);
         // The gate that was popped last.
         this.popped = new Int32Array(GATE);
     }
 
     /**
-     * The triangles that die at a rank: those around `ended` vertices, those `listed`, and neighbours of these for which `dies`
+     * The triangles that die at a rank: those around `ended` vertices, those of `explicit`, and neighbours of these for which `dies`
      * is true.
      */
-    dying(rank, ended, listed, dies) {
+    dying(rank, ended, explicit, dies) {
         const dying = [];
         for (const v of ended) this.killAround(v, dying);
         const nAtEnds = dying.length;
-        let nAsked = 0;
-        const spread = () => {
-            for (; nAsked < dying.length; nAsked++) {
-                const first = 3 * dying[nAsked];
+        let nVisited = 0;
+        const visitNeighbours = () => {
+            for (; nVisited < dying.length; nVisited++) {
+                const first = 3 * dying[nVisited];
                 for (let h = first; h < first + 3; h++) {
                     const twin = this.twins[h];
                     if (twin < 0) continue;
                     const t = Math.floor(twin / 3);
-                    if (this.asked[t] === DEAD || this.asked[t] === rank) continue;
-                    this.asked[t] = rank;
-                    if (dies(t, nAsked < nAtEnds)) this.kill(t, dying);
+                    if (this.flagRank[t] === DEAD || this.flagRank[t] === rank) continue;
+                    this.flagRank[t] = rank;
+                    if (dies(t, nVisited < nAtEnds)) this.kill(t, dying);
                 }
             }
         };
-        spread();
-        for (const t of listed) if (this.kill(t, dying)) spread();
+        visitNeighbours();
+        for (const t of explicit) if (this.kill(t, dying)) visitNeighbours();
         return dying;
     }
 
     /** Marks a triangle as dying; false if it is dead already. */
     kill(t, dying) {
-        if (this.asked[t] === DEAD) return false;
-        this.asked[t] = DEAD;
+        if (this.flagRank[t] === DEAD) return false;
+        this.flagRank[t] = DEAD;
         dying.push(t);
         return true;
     }
 
     killAround(v, dying) {
         const { twins } = this;
-        const first = this.leaving[v];
+        const first = this.outgoing[v];
         if (first === NONE) return;
         let h = first;
         do {
@@ -90,10 +90,10 @@ class Holes {
         for (h = twins[first]; h !== NONE; h = twins[nextOf(h)]) this.kill(Math.floor(h / 3), dying);
     }
 
-    /** Forgets the old gates and opens gates around dying triangles. */
-    open(dying) {
-        const { twins, vertices, asked } = this;
-        for (let i = 0; i < this.nGates; i++) this.starting[this.gates[GATE * i + FROM]] = NONE;
+    /** Removes the old gates and opens gates around dying triangles. */
+    openGates(dying) {
+        const { twins, vertices, flagRank } = this;
+        for (let i = 0; i < this.nGates; i++) this.newestGate[this.gates[GATE * i + FROM]] = NONE;
         this.nGates = 0;
         const sides = [];
         for (const t of dying) {
@@ -101,12 +101,12 @@ class Holes {
                 const twin = twins[h];
                 const from = vertices[h];
                 const to = vertices[nextOf(h)];
-                if (this.leaving[from] === h) this.leaving[from] = NONE;
-                if (twin >= 0 && asked[Math.floor(twin / 3)] === DEAD) continue;
+                if (this.outgoing[from] === h) this.outgoing[from] = NONE;
+                if (twin >= 0 && flagRank[Math.floor(twin / 3)] === DEAD) continue;
                 if (twin >= 0) {
                     twins[twin] = NONE;
-                    this.leaving[to] = twin;
-                    this.leaving[from] = nextOf(twin);
+                    this.outgoing[to] = twin;
+                    this.outgoing[from] = nextOf(twin);
                 }
                 sides.push(h);
                 twins[h] = -2 - this.push(from, to, twin);
@@ -124,7 +124,7 @@ class Holes {
         const { gates } = this;
         while (this.nGates > 0) {
             const at = GATE * --this.nGates;
-            this.starting[gates[at + FROM]] = gates[at + OLDER];
+            this.newestGate[gates[at + FROM]] = gates[at + OLDER];
             if (gates[at + OPEN] === 1) {
                 this.popped.set(gates.subarray(at, at + GATE));
                 return true;
@@ -135,13 +135,13 @@ class Holes {
 
     /** Skips the gate that was popped: it gets no triangle. */
     skip() {
-        if (this.popped[AFTER] !== this.nGates) this.link(this.popped[BEFORE], this.popped[AFTER]);
+        if (this.popped[NEXT] !== this.nGates) this.link(this.popped[PREVIOUS], this.popped[NEXT]);
     }
 
     /** The third vertex at the gate that was popped, for a code of ALONG or more. */
     third(code) {
         const isAfter = (code - ALONG) % 2;
-        const side = isAfter ? AFTER : BEFORE;
+        const side = isAfter ? NEXT : PREVIOUS;
         let gate = this.popped[side];
         for (let k = (code - ALONG - isAfter) / 2; k > 0; k--) gate = this.gates[GATE * gate + side];
         return this.gates[GATE * gate + (isAfter ? TO : FROM)];
@@ -164,22 +164,22 @@ class Holes {
         this.link(first, second);
         this.link(before === removed ? second : before, first);
         this.link(second, after === removed ? first : after);
-        this.closeIfPaired(second);
-        this.closeIfPaired(first);
+        this.glueIfPossible(second);
+        this.glueIfPossible(first);
     }
 
     /** Adds triangle t, whose vertices are known, without a gate. */
-    start(t) {
+    addSeed(t) {
         const h = 3 * t;
         const [a, b, c] = this.vertices.subarray(h, h + 3);
         this.add(t);
         const gates = [this.push(b, a, h), this.push(a, c, h + 2), this.push(c, b, h + 1)];
         for (let i = 0; i < 3; i++) this.link(gates[i], gates[(i + 1) % 3]);
-        for (const gate of gates) this.closeIfPaired(gate);
+        for (const gate of gates) this.glueIfPossible(gate);
     }
 
     add(t) {
-        for (let h = 3 * t; h < 3 * t + 3; h++) this.leaving[this.vertices[h]] = h;
+        for (let h = 3 * t; h < 3 * t + 3; h++) this.outgoing[this.vertices[h]] = h;
     }
 
     setTwins(a, b) {
@@ -188,8 +188,8 @@ class Holes {
     }
 
     link(before, after) {
-        this.gates[GATE * before + AFTER] = after;
-        this.gates[GATE * after + BEFORE] = before;
+        this.gates[GATE * before + NEXT] = after;
+        this.gates[GATE * after + PREVIOUS] = before;
     }
 
     push(from, to, behind) {
@@ -204,41 +204,41 @@ class Holes {
         gates[at + FROM] = from;
         gates[at + TO] = to;
         gates[at + OPEN] = 1;
-        gates[at + OLDER] = this.starting[from];
-        gates[at + BEFORE] = index;
-        gates[at + AFTER] = index;
+        gates[at + OLDER] = this.newestGate[from];
+        gates[at + PREVIOUS] = index;
+        gates[at + NEXT] = index;
         gates[at + BEHIND] = behind;
-        this.starting[from] = index;
+        this.newestGate[from] = index;
         return index;
     }
 
-    /** Closes a gate and the one with the reversed edge, if there is one; its neighbours in the loop come first. */
-    closeIfPaired(gate) {
+    /** Glues a gate to an open gate with the opposite edge, if one is found: a neighbour in its loop, else the newest. */
+    glueIfPossible(gate) {
         const { gates } = this;
         const at = GATE * gate;
         if (gates[at + OPEN] === 0) return;
         const from = gates[at + FROM];
         const to = gates[at + TO];
-        const isIt = (i) => {
+        const isOpposite = (i) => {
             const other = GATE * i;
             return i !== gate && gates[other + OPEN] === 1 && gates[other + FROM] === to && gates[other + TO] === from;
         };
-        if (isIt(gates[at + BEFORE])) return this.close(gate, gates[at + BEFORE]);
-        if (isIt(gates[at + AFTER])) return this.close(gate, gates[at + AFTER]);
-        let i = this.starting[to];
-        for (let n = 0; i !== NONE && n < MAX_GATES_SEARCHED; n++) {
-            if (isIt(i)) return this.close(gate, i);
+        if (isOpposite(gates[at + PREVIOUS])) return this.glue(gate, gates[at + PREVIOUS]);
+        if (isOpposite(gates[at + NEXT])) return this.glue(gate, gates[at + NEXT]);
+        let i = this.newestGate[to];
+        for (let n = 0; i !== NONE && n < MAX_SEARCH; n++) {
+            if (isOpposite(i)) return this.glue(gate, i);
             i = gates[GATE * i + OLDER];
         }
     }
 
-    /** Closes two gates with opposite edges: joins their triangles and links their loops. */
-    close(x, y) {
+    /** Glues two gates with opposite edges: joins their triangles and links their loops. */
+    glue(x, y) {
         const { gates } = this;
         const [a, b] = [GATE * x, GATE * y];
         this.setTwins(gates[a + BEHIND], gates[b + BEHIND]);
-        const [beforeX, afterX] = [gates[a + BEFORE], gates[a + AFTER]];
-        const [beforeY, afterY] = [gates[b + BEFORE], gates[b + AFTER]];
+        const [beforeX, afterX] = [gates[a + PREVIOUS], gates[a + NEXT]];
+        const [beforeY, afterY] = [gates[b + PREVIOUS], gates[b + NEXT]];
         // A gate that is alone in its loop has no neighbours to link.
         if (afterX === x || afterY === y) {
             if (afterX !== x) this.link(beforeX, afterX);
@@ -276,18 +276,18 @@ function triangleColumnsOf(section) {
     const births = counted();
     const codes = counted();
     const jumps = signed(counted());
-    const [depths, starts] = [counted(), counted()];
-    const answers = Array.from({ length: 4 }, counted);
+    const [depths, seeds] = [counted(), counted()];
+    const flags = Array.from({ length: 4 }, counted);
     const n = births.reduce((sum, count) => sum + count, 0);
     const kinds = columns.column(n);
-    const nextDeath = rankStepsOf(columns, kinds.reduce((sum, kind) => sum + (kind % 3 === 2), 0));
-    return { births, codes, jumps, depths, starts, answers, n, kinds, nextDeath };
+    const nextDeath = intervalReader(columns, kinds.reduce((sum, kind) => sum + (kind % 3 === 2), 0));
+    return { births, codes, jumps, depths, seeds, flags, n, kinds, nextDeath };
 }
 
 /** Decodes section TRIA: the triangles in the order of birth. */
 function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
     const columns = triangleColumnsOf(section);
-    const { n, codes, jumps, depths, starts, answers, kinds } = columns;
+    const { n, codes, jumps, depths, seeds, flags, kinds } = columns;
     const nVertices = firstKnot.length - 1;
     const vertices = new Uint32Array(3 * n);
     const births = new Uint32Array(n);
@@ -297,18 +297,18 @@ function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
     for (let v = nVertices - 1; v >= 0; v--) {
         if (firstKnot[v] < firstKnot[v + 1]) ends.push(ranks[firstKnot[v + 1] - 1], v);
     }
-    const listed = new ByRank(nIsovalues, n);
-    const nAnswered = [0, 0, 0, 0];
-    const dies = (t, isAtEnd) => {
+    const explicit = new ByRank(nIsovalues, n);
+    const nFlags = [0, 0, 0, 0];
+    const dies = (t, isNearEnd) => {
         const isOnLattice = isLattice[vertices[3 * t]] && isLattice[vertices[3 * t + 1]] && isLattice[vertices[3 * t + 2]];
-        const kind = (isOnLattice ? 2 : 0) + (isAtEnd ? 1 : 0);
-        return answers[kind][nAnswered[kind]++] === 1;
+        const kind = (isOnLattice ? 2 : 0) + (isNearEnd ? 1 : 0);
+        return flags[kind][nFlags[kind]++] === 1;
     };
-    let [nUsed, code, jump, last, depth, start, t, death] = [0, 0, 0, 0, 0, 0, 0, 0];
+    let [nUsed, code, jump, last, depth, seed, t, death] = [0, 0, 0, 0, 0, 0, 0, 0];
     for (let rank = 0; rank < nIsovalues; rank++) {
-        const dying = holes.dying(rank, ends.at(rank), listed.at(rank), dies);
+        const dying = holes.dying(rank, ends.at(rank), explicit.at(rank), dies);
         for (const d of dying) deaths[d] = rank;
-        holes.open(dying);
+        holes.openGates(dying);
         const end = t + columns.births[rank];
         while (t < end) {
             const isAtGate = holes.pop();
@@ -325,10 +325,10 @@ function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
                 else if (kind !== NEW) c = holes.third(kind);
             } else {
                 // New vertices are numbered in the order of use.
-                a = nUsed - starts[start++];
+                a = nUsed - seeds[seed++];
                 const most = Math.max(nUsed, a + 1);
-                b = most - starts[start++];
-                c = Math.max(most, b + 1) - starts[start++];
+                b = most - seeds[seed++];
+                c = Math.max(most, b + 1) - seeds[seed++];
             }
             nUsed = Math.max(nUsed, a + 1, b + 1, c + 1);
             vertices[3 * t] = a;
@@ -337,9 +337,9 @@ function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
             births[t] = rank;
             const kind = kinds[t] % 3;
             if (kind === 2) death = columns.nextDeath(rank);
-            if (kind > 0) listed.push(death, t);
+            if (kind > 0) explicit.push(death, t);
             if (isAtGate) holes.fill(t);
-            else holes.start(t);
+            else holes.addSeed(t);
             t++;
         }
     }

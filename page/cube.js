@@ -3,7 +3,7 @@
 /** Half an edge of the cube, CSS pixels. */
 const HALF_EDGE = 17;
 /** Half the side of the drawing, CSS pixels: more than half the cube's diagonal. */
-const CUBE_REACH = 32;
+const HALF_SIDE = 32;
 
 /** The names of the sides +x, -x, +y and so on in a patient's space. */
 const SIDES = { LPS: "LRPASI", RAS: "RLAPSI" };
@@ -27,7 +27,7 @@ class Cube {
     constructor(svg, viewer) {
         this.svg = svg;
         this.names = sideNames(viewer.spectrum.info.volume);
-        svg.setAttribute("viewBox", `${-CUBE_REACH} ${-CUBE_REACH} ${2 * CUBE_REACH} ${2 * CUBE_REACH}`);
+        svg.setAttribute("viewBox", `${-HALF_SIDE} ${-HALF_SIDE} ${2 * HALF_SIDE} ${2 * HALF_SIDE}`);
         this.sides = this.names.map((name, side) => {
             const group = svgElement("g", { class: `axis-${"xyz"[side >> 1]}` });
             const label = svgElement("text", {});
@@ -46,7 +46,7 @@ class Cube {
         if (key === this.drawn) return;
         this.drawn = key;
         const unit = (axis, sign) => [right, up, back].map((row) => sign * row[axis]);
-        const seen = this.sides.filter((group, side) => {
+        const visible = this.sides.filter((group, side) => {
             const [axis, sign] = [side >> 1, side % 2 ? -1 : 1];
             const out = unit(axis, sign);
             if (out[2] < 0.02) return false;
@@ -61,6 +61,6 @@ class Cube {
             label.setAttribute("visibility", out[2] > 0.35 ? "visible" : "hidden");
             return true;
         });
-        this.svg.replaceChildren(...seen);
+        this.svg.replaceChildren(...visible);
     }
 }

@@ -24,15 +24,15 @@ function checkedNumber(isovalue) {
 }
 
 /** Checks the properties of a view in a message, and returns a view with these only. */
-function checkedView(wanted) {
+function checkedView(sent) {
     const view = {};
     for (const [name, low, high] of [["azimuth", -1e6, 1e6], ["elevation", -90, 90], ["distance", NEAREST, FARTHEST]]) {
-        if (wanted?.[name] === undefined) continue;
-        if (!(low <= wanted[name] && wanted[name] <= high)) throw new Error(`${name}, expected a number from ${low} to ${high}`);
-        view[name] = wanted[name];
+        if (sent?.[name] === undefined) continue;
+        if (!(low <= sent[name] && sent[name] <= high)) throw new Error(`${name}, expected a number from ${low} to ${high}`);
+        view[name] = sent[name];
     }
-    if (wanted?.target !== undefined) {
-        const { target } = wanted;
+    if (sent?.target !== undefined) {
+        const { target } = sent;
         const isPoint = Array.isArray(target) && target.length === 3 && target.every(Number.isFinite);
         if (!isPoint) throw new Error("target, expected three numbers");
         view.target = [...target];
@@ -41,26 +41,26 @@ function checkedView(wanted) {
 }
 
 /** Checks the properties of a look in a message, and sets them. */
-function setLook(viewer, wanted) {
+function setLook(viewer, look) {
     const switches = [...SWITCHES, "open"];
     for (const name of switches) {
-        if (wanted?.[name] !== undefined && typeof wanted[name] !== "boolean") throw new Error(`${name}, expected true or false`);
+        if (look?.[name] !== undefined && typeof look[name] !== "boolean") throw new Error(`${name}, expected true or false`);
     }
-    const largest = wanted?.largest;
+    const largest = look?.largest;
     if (largest !== undefined && largest !== null && !(Number.isInteger(largest) && largest > 0)) {
         throw new Error("largest, expected null or a number of components");
     }
-    const light = wanted?.light ?? viewer.look.light;
+    const light = look?.light ?? viewer.look.light;
     if (!LIGHTS.includes(light)) throw new Error(`light, expected one of ${LIGHTS.join(", ")}`);
     viewer.setLook({ light });
-    viewer.setLook(Object.fromEntries(switches.filter((name) => wanted?.[name] !== undefined).map((name) => [name, wanted[name]])));
-    const color = wanted?.color ?? viewer.coloring.color;
+    viewer.setLook(Object.fromEntries(switches.filter((name) => look?.[name] !== undefined).map((name) => [name, look[name]])));
+    const color = look?.color ?? viewer.coloring.color;
     if (!viewer.canShow(color)) throw new Error(`color, expected one of ${Object.keys(COLORS).filter((c) => viewer.canShow(c)).join(", ")}`);
     viewer.setColoring({ color });
     viewer.select({ largest: largest === undefined ? viewer.selection.largest : largest });
 }
 
-function followMessages(viewer) {
+function listenToMessages(viewer) {
     if (window.parent === window) return;
     const calls = {
         setIsovalue: ({ isovalue }) => {

@@ -1,5 +1,5 @@
-// Reads a spectrum: sections as src/page/data.rs writes them, columns as FORMAT.md describes them. Does without the checks of
-// src/file.rs, because the program itself wrote the page.
+// Reads a spectrum: sections as src/page/data.rs writes them, columns as FORMAT.md describes them. Omits the checks of
+// src/file.rs, because the page contains data of the program.
 
 /** Reads the numbers of a section. */
 class Columns {
@@ -95,26 +95,26 @@ function residualsOf(section, { firstKnot, isLattice }) {
 }
 
 /**
- * Reads n steps from a rank to a later one, coded by the stations that they pass (src/file/rank_intervals.rs). Returns a function that
- * gives the rank after the next step from a rank.
+ * Reads n intervals from one rank to a later one; the twin of src/file/rank_intervals.rs. Returns a function from the first rank of the
+ * next interval to its last.
  */
-function rankStepsOf(columns, n) {
+function intervalReader(columns, n) {
     const steps = columns.column(columns.count());
     const lengths = columns.column(columns.count());
     const codes = columns.column(n);
-    const stations = Uint32Array.from(steps);
-    for (let i = 1; i < stations.length; i++) stations[i] += stations[i - 1];
+    const frequentEnds = Uint32Array.from(steps);
+    for (let i = 1; i < frequentEnds.length; i++) frequentEnds[i] += frequentEnds[i - 1];
     let [next, nextLength] = [0, 0];
     return (from) => {
         const code = codes[next++];
         if (code === 0) return from + 1 + lengths[nextLength++];
-        let [low, high] = [0, stations.length];
+        let [low, high] = [0, frequentEnds.length];
         while (low < high) {
             const middle = (low + high) >>> 1;
-            if (stations[middle] <= from) low = middle + 1;
+            if (frequentEnds[middle] <= from) low = middle + 1;
             else high = middle;
         }
-        return stations[low + code - 1];
+        return frequentEnds[low + code - 1];
     };
 }
 

@@ -13,8 +13,8 @@ class LookPanel {
     /** Errors of typed values go to the `message` of the panel. */
     constructor(viewer, { message, samples }) {
         Object.assign(this, { viewer, message, samples });
-        this.useColors();
-        this.useLayers();
+        this.connectColors();
+        this.connectLayers();
     }
 
     /** Shows the state of the viewer. */
@@ -24,7 +24,7 @@ class LookPanel {
     }
 
     /** Connects the controls of colours. */
-    useColors() {
+    connectColors() {
         const { viewer } = this;
         const { maps, field } = viewer.about;
         this.color = byId("color");
@@ -61,7 +61,7 @@ class LookPanel {
     }
 
     /** Connects the controls of the clip plane, of opacity and of further isosurfaces. */
-    useLayers() {
+    connectLayers() {
         const { viewer } = this;
         this.clip = byId("clip");
         this.clipShare = byId("clip-share");

@@ -30,7 +30,7 @@ function showStill(sentence) {
 }
 
 /** Resolves when the page is loaded. */
-function parsed() {
+function documentLoaded() {
     if (document.readyState !== "loading") return Promise.resolve();
     return new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
 }
@@ -46,7 +46,7 @@ function takeText(id) {
 /** Draws with a renderer, or with WebGL2 if WebGPU refuses, for example for lack of memory. */
 async function drawWith(viewer, renderer) {
     try {
-        await viewer.use(renderer);
+        await viewer.setRenderer(renderer);
     } catch (error) {
         await drawWithWebGl2(viewer, renderer, error);
     }
@@ -55,14 +55,14 @@ async function drawWith(viewer, renderer) {
 async function drawWithWebGl2(viewer, renderer, error) {
     const other = renderer.name === "WebGPU" ? await openRenderer(["webgl2"], viewer.about) : null;
     if (!other) throw error;
-    await viewer.use(other);
+    await viewer.setRenderer(other);
 }
 
 /** The renderer that is being opened; shows the still picture if there is none. */
 async function openedRenderer(opening) {
     const renderer = await opening;
     if (!renderer) {
-        await parsed();
+        await documentLoaded();
         const consequence = document.querySelector("#still img")
             ? "so this picture does not move" : "one of which this page needs to show the surface";
         showStill(`This browser has neither WebGPU nor WebGL2, ${consequence}.`);
@@ -71,9 +71,9 @@ async function openedRenderer(opening) {
 }
 
 /** Marks the page as ready and starts to answer messages. */
-function finished(viewer) {
+function markReady(viewer) {
     document.documentElement.dataset.ready = Math.round(performance.now());
-    followMessages(viewer);
+    listenToMessages(viewer);
 }
 
 /** Runs the script: starts the page, or answers as a worker. */
@@ -89,7 +89,7 @@ function run(start) {
 }
 
 /** Draws the first picture and listens to input. */
-async function present(viewer, renderer) {
+async function showFirstPicture(viewer, renderer) {
     await drawWith(viewer, renderer);
     document.documentElement.classList.toggle("framed", IS_FRAMED);
     byId("stage").hidden = false;
@@ -100,7 +100,7 @@ async function present(viewer, renderer) {
     viewer.overlay = new Overlay(byId("overlay"));
     viewer.cube = new Cube(byId("cube"), viewer);
     viewer.legend = new Legend(byId("legend"));
-    followKeys(viewer);
+    listenToKeys(viewer);
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);
     });

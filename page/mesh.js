@@ -19,7 +19,7 @@ class Query {
         if (version !== null) this.select(isovalue, rank, open, selection);
         else if (!isSame) {
             this.components = null;
-            this.surface.list(this.active, open, null);
+            this.surface.collect(this.active, open, null);
         }
         this.surface.moveTo(isovalue, rank);
         Object.assign(this, { isovalue, open, version });
@@ -45,12 +45,12 @@ class Query {
         const kept = selection.kept(components);
         this.components = { n: components.list.length, nKept: kept.filter(Boolean).length };
         const { of } = components;
-        this.surface.list(this.active, open, (i) => (kept[of[i]] ? of[i] : -1));
+        this.surface.collect(this.active, open, (i) => (kept[of[i]] ? of[i] : -1));
     }
 
     /** The components of the closed surface at an isovalue. */
     closed(isovalue, rank) {
-        this.surface.list(this.active, false, null);
+        this.surface.collect(this.active, false, null);
         this.surface.placeAll(isovalue, rank);
         return componentsOf(this.surface, this.spectrum.caps);
     }

@@ -45,11 +45,11 @@ class WebGpuOcclusion {
         const textures = [depth.createView({ aspect: "depth-only" }), this.texture.createView()];
         const pass = (pipeline, n, target) => {
             const entries = [{ buffer: uniforms }, ...textures.slice(0, n)].map((resource, binding) => ({ binding, resource }));
-            const drawn = encoder.beginRenderPass({ colorAttachments: [{ storeOp: "store", ...target }] });
-            drawn.setPipeline(pipeline);
-            drawn.setBindGroup(0, device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }));
-            drawn.draw(3);
-            drawn.end();
+            const renderPass = encoder.beginRenderPass({ colorAttachments: [{ storeOp: "store", ...target }] });
+            renderPass.setPipeline(pipeline);
+            renderPass.setBindGroup(0, device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }));
+            renderPass.draw(3);
+            renderPass.end();
         };
         pass(this.visibility, 1, { view: textures[1], loadOp: "clear" });
         pass(this.darken, 2, { view: samples.createView(), resolveTarget: picture.createView(), loadOp: "load" });

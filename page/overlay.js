@@ -22,13 +22,13 @@ class Overlay {
             return;
         }
         this.svg.setAttribute("viewBox", `0 0 ${size.join(" ")}`);
-        const place = (p) => placeOnScreen(projection.clipFromVoxel, p, size);
+        const toScreen = (p) => placeOnScreen(projection.clipFromVoxel, p, size);
         const { volume } = spectrum.info;
         const parts = look.axes ? [
-            ...boxLines(volume, place), ...axisLines(projection.axes, size), ...scaleBar(volume, projection, size),
+            ...boxLines(volume, toScreen), ...axisLines(projection.axes, size), ...scaleBar(volume, projection, size),
         ] : [];
         if (measuredPoints.length > 0) {
-            const [a, b = a] = measuredPoints.map(place);
+            const [a, b = a] = measuredPoints.map(toScreen);
             parts.push(svgElement("path", { class: "measured", d: `M${a.x},${a.y}L${b.x},${b.y}` }));
             for (const { x, y } of [a, b]) parts.push(svgElement("circle", { class: "measured", cx: x, cy: y, r: 3 }));
         }
@@ -47,9 +47,9 @@ function placeOnScreen(m, [px, py, pz], [width, height]) {
 }
 
 /** The edges of the volume's box without those at its nearest corner, which would hide the surface. */
-function boxLines({ dims, placement: { spacing } }, place) {
+function boxLines({ dims, placement: { spacing } }, toScreen) {
     const least = Math.min(...spacing);
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => place([0, 1, 2].map((axis) =>
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => toScreen([0, 1, 2].map((axis) =>
         ((i >> axis) & 1) * (dims[axis] - 1) * (spacing[axis] / least))));
     if (corners.some(({ depth }) => depth < 0)) return [];
     const nearest = corners.reduce((best, corner, i) => (corner.depth < corners[best].depth ? i : best), 0);

@@ -20,15 +20,14 @@ class Panel {
         });
         this.typed = byId("isovalue");
         this.printed = byId("printed-isovalue");
-        const type = () => this.type();
+        const type = () => this.setTypedIsovalue();
         on(this.typed, "change", type);
         on(this.typed, "keydown", (event) => {
             if (event.key === "Enter") type();
             if (event.key === "Escape") this.show();
         });
         this.plot = new Plot(byId("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
-        byId("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
-        this.offer(about, byId("offered"));
+        this.addIsovalueButtons(about, byId("isovalue-buttons"));
         this.message = byId("message");
         this.loading = byId("loading");
         byId("low").textContent = shownIsovalue(low, high - low);
@@ -39,18 +38,19 @@ class Panel {
         for (const name of SWITCHES) {
             on(name, "change", () => viewer.setLook({ [name]: byId(name).checked }));
         }
-        this.usePictures();
+        this.connectPictures();
         on("speed", "change", () => { viewer.speed = Number(byId("speed").value); });
         byId("fullscreen").hidden = !document.fullscreenEnabled;
         on("fullscreen", "click", toggleFullscreen);
         this.events = byId("events");
-        this.eventsText = shownEvents(about.curves.events.length, this.plot.marks.length);
-        on("plot", "pointermove", (event) => this.readOut(this.plot.readOut(event)));
-        on("plot", "pointerleave", () => this.readOut(null));
+        this.eventsText = shownEvents(about.curves.events.length, this.plot.ticks.length);
+        this.showText(null);
+        on("plot", "pointermove", (event) => this.showText(this.plot.valuesAt(event)));
+        on("plot", "pointerleave", () => this.showText(null));
         this.border = byId("border");
         on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
-        this.useComponents();
-        this.looks = new LookPanel(viewer, this);
+        this.connectComponents();
+        this.lookPanel = new LookPanel(viewer, this);
         for (const id of ["slider", "plot"]) {
             on(id, "wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
@@ -77,7 +77,7 @@ class Panel {
     }
 
     /** Connects the controls of saved pictures and films. */
-    usePictures() {
+    connectPictures() {
         const { viewer } = this;
         const field = byId("picture-size");
         on(field, "change", () => {
@@ -105,13 +105,13 @@ class Panel {
         }
     }
 
-    /** Makes buttons of the isovalues that the author marked, or of suggested ones. */
-    offer({ marks, suggested }, list) {
+    /** Adds buttons for the isovalues that the author marked, or for suggested ones. */
+    addIsovalueButtons({ marks, suggested }, list) {
         const { viewer, plot } = this;
-        const offered = marks.length > 0 ? marks : suggested;
-        list.hidden = offered.length === 0;
+        const shown = marks.length > 0 ? marks : suggested;
+        list.hidden = shown.length === 0;
         list.append(marks.length > 0 ? "Isovalues" : "Suggested");
-        for (const [isovalue, name] of offered) {
+        for (const [isovalue, name] of shown) {
             const button = document.createElement("button");
             button.type = "button";
             const text = shownIsovalue(isovalue, viewer.high - viewer.low);
@@ -119,16 +119,16 @@ class Panel {
             on(button, "click", () => viewer.setIsovalue(isovalue));
             list.append(button);
         }
-        plot.name(marks);
+        plot.drawNamedLines(marks);
     }
 
     /** Shows a text about the point under the pointer in place of the number of events. */
-    readOut(text) {
+    showText(text) {
         setText(this.events, text ?? this.eventsText);
     }
 
     /** Connects the controls of components. */
-    useComponents() {
+    connectComponents() {
         const { viewer } = this;
         this.largest = byId("largest");
         on(this.largest, "change", () => viewer.select({ largest: Number(this.largest.value) || null }));
@@ -140,9 +140,9 @@ class Panel {
             this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
             if (isNumber) viewer.select({ minVolume: volume / this.voxelVolume() });
         });
-        this.pickers = { keep: byId("pick-keep"), hide: byId("pick-hide"), measure: byId("pick-measure") };
-        for (const [name, button] of Object.entries(this.pickers)) {
-            on(button, "click", () => this.pickNext(this.picking === name ? null : name));
+        this.clickButtons = { keep: byId("pick-keep"), hide: byId("pick-hide"), measure: byId("pick-measure") };
+        for (const [name, button] of Object.entries(this.clickButtons)) {
+            on(button, "click", () => this.setClickAction(this.clickAction === name ? null : name));
         }
         this.showAll = byId("show-all");
         on(this.showAll, "click", () => viewer.showAll());
@@ -155,34 +155,34 @@ class Panel {
     }
 
     /** Sets the action of the next click on the surface: "keep", "hide", "measure" or null. */
-    pickNext(picking) {
-        this.picking = picking;
-        for (const [name, button] of Object.entries(this.pickers)) {
-            button.setAttribute("aria-pressed", name === picking);
+    setClickAction(action) {
+        this.clickAction = action;
+        for (const [name, button] of Object.entries(this.clickButtons)) {
+            button.setAttribute("aria-pressed", name === action);
         }
-        this.viewer.canvas.classList.toggle("picks", Boolean(picking));
-        if (picking === "measure") this.viewer.measure(null);
+        this.viewer.canvas.classList.toggle("picks", Boolean(action));
+        if (action === "measure") this.viewer.measure(null);
     }
 
     click(point) {
-        if (!this.picking) return;
-        if (this.picking === "measure") {
+        if (!this.clickAction) return;
+        if (this.clickAction === "measure") {
             const distance = this.viewer.measure(point);
             if (distance !== null) this.message.textContent = `Distance ${shownNumber(distance)}${unitOf(this.viewer.spectrum.info.volume)}`;
             return;
         }
-        const isHiding = this.picking === "hide";
-        if (this.viewer.pick(point, isHiding) && !isHiding) this.pickNext(null);
+        const isHiding = this.clickAction === "hide";
+        if (this.viewer.pick(point, isHiding) && !isHiding) this.setClickAction(null);
     }
 
     /** Goes to the next isovalue with events in a direction. */
     nextEvent(direction) {
         const { viewer, plot } = this;
-        const isovalue = plot.nextMark(viewer.isovalue, direction);
+        const isovalue = plot.nextEvent(viewer.isovalue, direction);
         if (isovalue !== undefined) viewer.setIsovalue(isovalue);
     }
 
-    type() {
+    setTypedIsovalue() {
         const { low, high } = this.viewer;
         const { isovalue, problem } = parseIsovalue(this.typed.value, low, high, this.samples);
         this.typed.setAttribute("aria-invalid", Boolean(problem));
@@ -203,19 +203,19 @@ class Panel {
         const percent = this.percent(isovalue);
         this.slider.value = Math.round((SLIDER_STEPS / 100) * percent);
         this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${Math.round(percent)} % of the range`);
-        if (this.shown !== isovalue) {
+        if (this.lastIsovalue !== isovalue) {
             this.typed.value = text;
             this.printed.textContent = text;
             this.typed.setAttribute("aria-invalid", false);
             this.message.textContent = "";
-            this.shown = isovalue;
+            this.lastIsovalue = isovalue;
         }
         this.showProgress();
         this.plot.show(isovalue);
         for (const name of SWITCHES) byId(name).checked = look[name];
         this.border.checked = !look.open;
         this.showSelection();
-        this.looks.show();
+        this.lookPanel.show();
         setText(this.playButton, playing ? "Pause" : "Play");
         if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
             this.playButton.setAttribute("aria-pressed", playing);

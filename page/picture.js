@@ -45,7 +45,7 @@ function drawPicture(canvas, { width, height, pixels }, viewer) {
         drawShapes(context, viewer.overlay.svg, scale);
         viewer.overlay.draw(viewer, viewer.projection());
     }
-    if (viewer.shown) drawLegend(context, viewer.shown, viewer.isDark());
+    if (viewer.legendContent) drawLegend(context, viewer.legendContent, viewer.isDark());
     return canvas;
 }
 

@@ -26,13 +26,13 @@ class Plot {
         Object.assign(this, { svg, curves, low, high });
         svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT + TICKS_HEIGHT}`);
         svg.setAttribute("preserveAspectRatio", "none");
-        if (histogram) this.bars(histogram);
-        this.marks = marksOf(curves.events);
-        this.curve("area", curves.area, null);
-        this.curve("volume", curves.volume, null);
-        this.curve("euler", curves.euler, EULER_CHANGES);
-        this.curve("components", curves.components, COMPONENT_CHANGES);
-        this.drawMarks();
+        if (histogram) this.drawHistogram(histogram);
+        this.ticks = ticksOf(curves.events);
+        this.drawCurve("area", curves.area, null);
+        this.drawCurve("volume", curves.volume, null);
+        this.drawCurve("euler", curves.euler, EULER_CHANGES);
+        this.drawCurve("components", curves.components, COMPONENT_CHANGES);
+        this.drawTicks();
         // Outside the svg, so that it moves without drawing the curves again.
         this.cursor = byId("cursor");
         const point = (event) => choose(this.isovalueAt(event));
@@ -48,8 +48,8 @@ class Plot {
     }
 
     /** Draws ticks at the isovalues with events, one for all events in a column of the plot. */
-    drawMarks() {
-        const columns = new Set(this.marks.map(([isovalue]) => this.x(isovalue).toFixed(1)));
+    drawTicks() {
+        const columns = new Set(this.ticks.map(([isovalue]) => this.x(isovalue).toFixed(1)));
         const d = [...columns].map((x) => `M${x},${HEIGHT + 4}V${HEIGHT + TICKS_HEIGHT}`).join("");
         this.svg.append(svgElement("path", { class: "event", d }));
         this.title = svgElement("title", {});
@@ -57,7 +57,7 @@ class Plot {
     }
 
     /** Draws lines at isovalues that have a name. */
-    name(marks) {
+    drawNamedLines(marks) {
         const d = marks.map(([isovalue]) => `M${this.x(isovalue).toFixed(1)},0V${HEIGHT + TICKS_HEIGHT}`).join("");
         this.svg.append(svgElement("path", { class: "named", d }));
     }
@@ -66,7 +66,7 @@ class Plot {
     showEvents(event) {
         const { left, width } = this.svg.getBoundingClientRect();
         const column = Math.floor(event.clientX - left);
-        const near = this.marks.filter(([c]) => Math.abs((this.x(c) * width) / WIDTH - 0.5 - column) <= 1);
+        const near = this.ticks.filter(([c]) => Math.abs((this.x(c) * width) / WIDTH - 0.5 - column) <= 1);
         if (near.length === 0) {
             this.title.textContent = "";
             return;
@@ -81,7 +81,7 @@ class Plot {
     }
 
     /** The values of the curves under the pointer, as text. */
-    readOut({ clientX }) {
+    valuesAt({ clientX }) {
         const { left, width } = this.svg.getBoundingClientRect();
         const t = Math.min(Math.max((clientX - left) / width, 0), 1);
         const { curves } = this;
@@ -95,8 +95,8 @@ class Plot {
     }
 
     /** The next isovalue with events above or below one. */
-    nextMark(isovalue, direction) {
-        const isovalues = this.marks.map(([c]) => c);
+    nextEvent(isovalue, direction) {
+        const isovalues = this.ticks.map(([c]) => c);
         return direction > 0 ? isovalues.find((c) => c > isovalue) : isovalues.findLast((c) => c < isovalue);
     }
 
@@ -106,7 +106,7 @@ class Plot {
     }
 
     /** Draws the histogram on a logarithmic scale, because often most samples have one value. */
-    bars(counts) {
+    drawHistogram(counts) {
         const highest = Math.log1p(Math.max(...counts, 1));
         const y = (count) => (HEIGHT * (1 - Math.log1p(count) / highest)).toFixed(1);
         const x = (i) => ((WIDTH * i) / counts.length).toFixed(1);
@@ -118,7 +118,7 @@ class Plot {
     }
 
     /** Draws a curve through evenly spaced isovalues; in steps if it is a count, of which `changes` has the change by kind of event. */
-    curve(name, sampled, changes) {
+    drawCurve(name, sampled, changes) {
         const x = (i) => (WIDTH * i) / (sampled.length - 1);
         const points = [[0, sampled[0]]];
         for (let i = 1; i < sampled.length; i++) {
@@ -150,9 +150,9 @@ class Plot {
      * of the events explain the change, else at the last one.
      */
     steps([left, right], [before, after], changes) {
-        const isBefore = (x) => (mark) => this.x(mark[0]) <= x;
-        const between = this.marks.slice(
-            countBefore(this.marks, isBefore(left)), countBefore(this.marks, isBefore(right)));
+        const isBefore = (x) => ([c]) => this.x(c) <= x;
+        const between = this.ticks.slice(
+            countBefore(this.ticks, isBefore(left)), countBefore(this.ticks, isBefore(right)));
         let value = before;
         const steps = between.map(([c, kinds]) => {
             for (const kind of kinds) value += changes[kind];
@@ -168,11 +168,11 @@ class Plot {
         const { left, width } = this.svg.getBoundingClientRect();
         const at = (pixels) => this.low + ((this.high - this.low) * pixels) / width;
         const isovalue = Math.min(Math.max(at(event.clientX - left), this.low), this.high);
-        const reach = at(SNAP_DISTANCE) - this.low;
+        const maxDistance = at(SNAP_DISTANCE) - this.low;
         const distance = ([c]) => Math.abs(c - isovalue);
-        const nearest = this.marks.reduce(
-            (best, mark) => (distance(mark) < distance(best) ? mark : best), [Infinity]);
-        return distance(nearest) <= reach ? nearest[0] : isovalue;
+        const nearest = this.ticks.reduce(
+            (best, tick) => (distance(tick) < distance(best) ? tick : best), [Infinity]);
+        return distance(nearest) <= maxDistance ? nearest[0] : isovalue;
     }
 
     /** Moves the line of the current isovalue. */
@@ -193,19 +193,19 @@ function countBefore(list, has) {
 }
 
 /** The isovalues with events, ascending, each with the kinds of its events. */
-function marksOf(events) {
-    const marks = [];
+function ticksOf(events) {
+    const ticks = [];
     for (const [isovalue, kind] of [...events].sort(([a], [b]) => a - b)) {
-        if (marks.at(-1)?.[0] === isovalue) marks.at(-1)[1].push(kind);
-        else marks.push([isovalue, [kind]]);
+        if (ticks.at(-1)?.[0] === isovalue) ticks.at(-1)[1].push(kind);
+        else ticks.push([isovalue, [kind]]);
     }
-    return marks;
+    return ticks;
 }
 
 /** The number of events and of their isovalues, as text. */
-function shownEvents(nEvents, nMarks) {
+function shownEvents(nEvents, nIsovalues) {
     const count = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s"}`;
-    return nEvents === 0 ? "no events" : `${count(nEvents, "event")} at ${count(nMarks, "isovalue")}`;
+    return nEvents === 0 ? "no events" : `${count(nEvents, "event")} at ${count(nIsovalues, "isovalue")}`;
 }
 
 /** An isovalue as text, with digits enough for ten thousand different ones in a range. */

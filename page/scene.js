@@ -30,7 +30,8 @@ class Scene {
         this.selection = new Selection(about.keep);
         this.saves = new Saves(this);
         this.isWhole = true;
-        this.view = { ...FIRST_VIEW, ...about.view };
+        this.firstView = { ...FIRST_VIEW, ...about.view };
+        this.view = { ...this.firstView };
         // Whether the next picture moves the camera so that the surface fits; not if the address has a view.
         this.isFitWanted = true;
         this.look = {
@@ -43,7 +44,6 @@ class Scene {
         // The quantity that colours show, its map and scale, and the plain colour.
         this.coloring = { color: "none", map: null, low: null, high: null, front: about.look.front, version: 0, ...about.color };
         this.selection.isColoured = this.coloring.color === "component";
-        this.firstView = { ...FIRST_VIEW, ...about.view };
         this.speed = 1;
         this.measuredPoints = [];
         this.playing = false;
@@ -62,7 +62,7 @@ class Scene {
     }
 
     /** Sets the isovalues that are loaded. */
-    limit(loaded, isWhole) {
+    setLoaded(loaded, isWhole) {
         Object.assign(this, { loaded, isWhole });
         this.setIsovalue(this.wanted);
     }
@@ -79,9 +79,9 @@ class Scene {
 
     setLook(look) {
         // Things at the distance of the target keep their size when the projection changes.
-        const sizes = look.orthographic !== undefined && this.canvas ? [this.projection().distance] : [];
+        const before = look.orthographic !== undefined && this.canvas && this.projection().distance;
         Object.assign(this.look, look);
-        if (sizes.length > 0) this.view.distance *= sizes[0] / this.projection().distance;
+        if (before) this.view.distance *= before / this.projection().distance;
         this.request();
     }
 
@@ -96,7 +96,7 @@ class Scene {
         this.coloring.version++;
         const isColoured = this.coloring.color === "component";
         if (isColoured !== this.selection.isColoured) this.selection.set({ isColoured });
-        this.isListed = false;
+        this.isUploaded = false;
         this.request();
     }
 

@@ -11,7 +11,7 @@ class Chunks {
     }
 
     /** The number of the file with an isovalue. */
-    at(isovalue) {
+    numberAt(isovalue) {
         return Math.max(this.about.chunks.findLastIndex(({ from }) => from <= isovalue), 0);
     }
 
@@ -54,7 +54,7 @@ class SplitViewer extends Viewer {
     update() {
         // A file that failed is tried again after something else was shown.
         if (this.isWhole) this.failed = null;
-        else this.fetch(this.chunks.at(this.wanted));
+        else this.fetch(this.chunks.numberAt(this.wanted));
         super.update();
     }
 
@@ -64,7 +64,7 @@ class SplitViewer extends Viewer {
         try {
             const spectrum = await this.chunks.get(number);
             // The reader may have moved on.
-            if (number === this.chunks.at(this.wanted)) await this.setSpectrum(spectrum, this.chunks.interval(number));
+            if (number === this.chunks.numberAt(this.wanted)) await this.setSpectrum(spectrum, this.chunks.interval(number));
             if (number === this.fetching) this.fetching = null;
             this.request();
         } catch (error) {
@@ -82,16 +82,16 @@ async function start(script) {
     const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
     const first = takeText("first");
     const chunks = new Chunks(about, script);
-    const number = chunks.at(about.isovalue);
+    const number = chunks.numberAt(about.isovalue);
     const viewer = new SplitViewer(first ? await unpacked(first, about) : await chunks.get(number), about);
     viewer.chunks = chunks;
     applyAddress(viewer);
-    viewer.limit(first ? about.first : chunks.interval(number), true);
+    viewer.setLoaded(first ? about.first : chunks.interval(number), true);
     const renderer = await openedRenderer(opening);
     if (!renderer) return;
-    await present(viewer, renderer);
+    await showFirstPicture(viewer, renderer);
     performance.mark("whole");
-    finished(viewer);
+    markReady(viewer);
 }
 
 run(start);

@@ -11,7 +11,7 @@ async function start(script) {
     const first = takeText("first");
     let unpacking = null;
     const unpack = () => {
-        unpacking ??= parsed().then(() => unpackedInWorker(takeText("data"), about, script));
+        unpacking ??= documentLoaded().then(() => unpackedInWorker(takeText("data"), about, script));
         // Errors are reported below, where the promise is awaited.
         unpacking.catch(() => {});
         return unpacking;
@@ -20,22 +20,22 @@ async function start(script) {
     let viewer = null;
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
-        viewer.limit(about.first, false);
-        // The address may ask for an isovalue that is not among the first ones.
+        viewer.setLoaded(about.first, false);
+        // The isovalue in the address may not be among the first ones.
         if (viewer.isovalue !== viewer.wanted) viewer = null;
     }
     const renderer = await openedRenderer(opening);
     if (!renderer) return;
     if (viewer) {
-        await present(viewer, renderer);
+        await showFirstPicture(viewer, renderer);
         await viewer.setSpectrum(await unpack());
         performance.mark("whole");
     } else {
         viewer = viewerOf(await unpack(), about);
         performance.mark("whole");
-        await present(viewer, renderer);
+        await showFirstPicture(viewer, renderer);
     }
-    finished(viewer);
+    markReady(viewer);
 }
 
 run(start);

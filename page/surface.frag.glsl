@@ -32,7 +32,7 @@ in vec2 screen;
 in vec3 position;
 in vec3 normal;
 in vec3 barycentric;
-flat in vec3 named;
+flat in vec3 triangle_color;
 in float fraction;
 #endif
 
@@ -102,7 +102,7 @@ void main() {
     bool is_front = gl_FrontFacing != mirrored;
     vec3 albedo = is_front ? front : back;
     if (palette != 0) {
-        vec3 shown = palette == 1 ? map_color() : named;
+        vec3 shown = palette == 1 ? map_color() : triangle_color;
         albedo = is_front ? shown : mix(0.5 * shown, back, 0.25);
     }
     vec3 n = normalize(is_front ? normal : -normal);

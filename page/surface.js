@@ -24,7 +24,7 @@ class Surface {
         /** The triangles, and the numbers of their vertices among those of the mesh. */
         this.triangles = new Uint32Array(0);
         /** The number of each triangle's component, if components were requested. */
-        this.names = new Uint32Array(0);
+        this.components = new Uint32Array(0);
         this.corners = new Uint32Array(0);
         /** The vertices by their numbers in the spectrum; their positions, voxels. */
         this.vertices = new Uint32Array(0);
@@ -36,14 +36,14 @@ class Surface {
     }
 
     /**
-     * Lists the active triangles, without caps if `open`. `named` gives the component of the triangle at a place in the list,
+     * Collects the active triangles, without caps if `open`. `componentOf` gives the component of the triangle at a place in the list,
      * negative if it is hidden; null if all are shown.
      */
-    list(active, open, named) {
+    collect(active, open, componentOf) {
         const { mark, numberOf } = this;
         const { vertices, caps } = this.spectrum;
         this.triangles = withCapacity(this.triangles, active.length);
-        this.names = withCapacity(this.names, active.length);
+        this.components = withCapacity(this.components, active.length);
         this.corners = withCapacity(this.corners, 3 * active.length);
         // There are at most three vertices per triangle.
         this.vertices = withCapacity(this.vertices, Math.min(3 * active.length, mark.length));
@@ -52,9 +52,9 @@ class Surface {
         let nVertices = 0;
         for (let i = 0; i < active.length; i++) {
             const t = active.list[i];
-            const name = named === null ? 0 : named(i);
-            if ((open && caps[t]) || name < 0) continue;
-            this.names[n] = name;
+            const component = componentOf === null ? 0 : componentOf(i);
+            if ((open && caps[t]) || component < 0) continue;
+            this.components[n] = component;
             for (let k = 0; k < 3; k++) {
                 const v = vertices[3 * t + k];
                 if (mark[v] !== this.nLists) {

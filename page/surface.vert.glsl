@@ -30,7 +30,7 @@ out vec3 position;
 out vec3 normal;
 out vec3 barycentric;
 /// Linear colour of the component.
-flat out vec3 named;
+flat out vec3 triangle_color;
 /// Share of the map; negative without a value.
 out float fraction;
 
@@ -119,7 +119,7 @@ void main() {
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
     position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
     normal = normalize((eye_from_normal * vec4(decode_normal(normal_code), 0.0)).xyz);
-    named = palette == 2 ? component_color(values) : vec3(0.0);
+    triangle_color = palette == 2 ? component_color(values) : vec3(0.0);
     int corner = gl_VertexID % 3;
     uint code = (values >> uint(10 * corner)) & 1023u;
     fraction = palette != 1 ? 0.0 : code == 0u ? -1.0 : (float(code) - 1.0) / 1022.0;

@@ -18,9 +18,9 @@ function ranksOf(section) {
     pairs.forEach((v, i) => { isLattice[v] = flags[i]; });
     const nLattice = flags.reduce((sum, flag) => sum + flag, 0);
     const firsts = columns.signedColumn(nMoving);
-    // The steps of lattice vertices are stored first.
-    const onLattice = rankStepsOf(columns, nLattice);
-    const nextRanks = [rankStepsOf(columns, firstKnot[n] - nMoving - nLattice), onLattice];
+    // The intervals of lattice vertices are stored first.
+    const onLattice = intervalReader(columns, nLattice);
+    const nextRanks = [intervalReader(columns, firstKnot[n] - nMoving - nLattice), onLattice];
     const ranks = new Uint32Array(firstKnot[n]);
     let [nextFirst, previous] = [0, 0];
     for (let v = 0; v < n; v++) {

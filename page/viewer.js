@@ -8,14 +8,14 @@ const MAX_LOST = 3;
 
 class Viewer extends Scene {
     /** Draws with a renderer from now on; its canvas replaces the one in the page. */
-    async use(renderer) {
+    async setRenderer(renderer) {
         await renderer.load(this.spectrum, this.about.step);
         byId("canvas").replaceWith(renderer.canvas);
         this.renderer = renderer;
         this.canvas = renderer.canvas;
-        this.isListed = false;
+        this.isUploaded = false;
         renderer.onLost(() => this.recover());
-        followPointers(this.canvas, this);
+        listenToPointers(this.canvas, this);
         new ResizeObserver(() => this.request()).observe(this.canvas);
         document.documentElement.dataset.renderer = renderer.name;
     }
@@ -25,8 +25,8 @@ class Viewer extends Scene {
         this.spectrum = spectrum;
         this.query = new Query(spectrum, this.about.step);
         this.selection.reset();
-        this.isListed = false;
-        this.limit(loaded, true);
+        this.isUploaded = false;
+        this.setLoaded(loaded, true);
         // The further isosurfaces should fit, too, unless the reader has moved the camera.
         if (this.extras.length > 0 && this.fitted === JSON.stringify(this.view)) {
             Object.assign(this.view, this.firstView);
@@ -51,7 +51,7 @@ class Viewer extends Scene {
         this.nLost = (this.nLost ?? 0) + 1;
         const renderer = this.nLost <= MAX_LOST ? await openRenderer(renderersFor(null), this.about) : null;
         if (renderer) {
-            await this.use(renderer);
+            await this.setRenderer(renderer);
             this.request();
         } else showStill("The graphics device was lost; reload the page to see it move again.");
     }
@@ -91,13 +91,13 @@ class Viewer extends Scene {
     /** Shows the point of the surface under the pointer, in the world, once the pointer rests. */
     showPlace() {
         clearTimeout(this.placeTimer);
-        this.panel?.readOut(null);
+        this.panel?.showText(null);
         if (!this.pointed) return;
         this.placeTimer = setTimeout(() => {
             const found = this.pointed && this.surfacePointAt(this.pointed);
             if (!found) return;
             const place = this.inWorld(found).map((x) => Number(x.toPrecision(5))).join(", ");
-            this.panel.readOut(`x, y, z: ${place}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
+            this.panel.showText(`x, y, z: ${place}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
         }, REST);
     }
 
@@ -130,7 +130,7 @@ class Viewer extends Scene {
             if (!this.renderer) return;
             this.renderer.draw(layers, look, this.projection());
             this.panel?.show();
-            this.legend?.show(this.shown, this.isDark());
+            this.legend?.show(this.legendContent, this.isDark());
             this.overlay?.draw(this, this.projection());
             this.cube?.draw(this.projection().axes);
             this.onShown?.(this.isovalue);
@@ -157,7 +157,7 @@ class Viewer extends Scene {
         const { width, height } = this.canvas;
         const { volume } = this.spectrum.info;
         const { distance } = this.view;
-        const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.camera(), width, height);
+        const fitting = fittedView(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.camera(), width, height);
         Object.assign(this.view, fitting, { distance: distance * fitting.distance });
         this.fitted = JSON.stringify(this.view);
     }
@@ -176,10 +176,10 @@ class Viewer extends Scene {
     update() {
         const started = performance.now();
         this.updateExtras();
-        if (!this.query.moveTo(this.isovalue, this.look.open, this.selection) && this.isListed) return;
+        if (!this.query.moveTo(this.isovalue, this.look.open, this.selection) && this.isUploaded) return;
         this.updateColors();
-        this.renderer.list(this.query.surface);
-        this.isListed = true;
+        this.renderer.upload(this.query.surface);
+        this.isUploaded = true;
         this.meshTime = performance.now() - started;
     }
 
@@ -196,7 +196,7 @@ class Viewer extends Scene {
             const isSame = !extra.query.moveTo(extra.isovalue, this.look.open, extra.selection);
             // Layers are numbered by place in the list, and another isosurface may have had this place.
             if (isSame && extra.place === i && extra.renderer === this.renderer) return;
-            this.renderer.list(extra.query.surface, i + 1);
+            this.renderer.upload(extra.query.surface, i + 1);
             Object.assign(extra, { place: i, renderer: this.renderer });
         });
     }
@@ -209,7 +209,7 @@ class Viewer extends Scene {
         const layers = [{
             query: this.query, front: light, backside: dark, opacity: this.opacity,
             palette: color === "none" ? PLAIN : color === "component" ? COMPONENTS : MAP,
-            stops: this.shown?.map && stopsOf(this.shown.map),
+            stops: this.legendContent?.map && stopsOf(this.legendContent.map),
         }];
         for (const { query, front: own, opacity } of this.isWhole ? this.extras : []) {
             const [front, backside] = sides(own);
@@ -223,15 +223,15 @@ class Viewer extends Scene {
         const { color, map } = this.coloring;
         const { surface } = this.query;
         surface.codes = undefined;
-        this.shown = null;
-        if (color === "component") this.shown = { name: "component, the largest first" };
+        this.legendContent = null;
+        if (color === "component") this.legendContent = { name: "component, the largest first" };
         if (color === "component" || color === "none") return;
-        const numbers = numbersOf(color, surface, this.about, [this.low, this.high]);
-        const ends = scaleOf(numbers, this.coloring, surface);
-        surface.codes = colorCodesOf(numbers, ends, surface);
+        const quantity = quantityOf(color, surface, this.about, [this.low, this.high]);
+        const ends = scaleOf(quantity, this.coloring, surface);
+        surface.codes = colorCodesOf(quantity, ends, surface);
         const { maps, field } = this.about;
         const defaultMap = color === "curvature" ? "vik" : color === "field" ? field.map : "viridis";
-        this.shown = { name: numbers.name, ends, map: maps[map ?? defaultMap] };
+        this.legendContent = { name: quantity.name, ends, map: maps[map ?? defaultMap] };
     }
 
     /** Updates measures and address some time after the last change. */
@@ -249,10 +249,10 @@ class Viewer extends Scene {
     /** The mesh at the current isovalue, in the world. */
     worldMesh(open, withNormals) {
         // The renderer does not have the new mesh.
-        if (this.query.moveTo(this.isovalue, open, this.selection)) this.isListed = false;
+        if (this.query.moveTo(this.isovalue, open, this.selection)) this.isUploaded = false;
         const mesh = placeInWorld(this.query.mesh(withNormals), this.spectrum.info.volume.placement);
         // The drawn mesh differs from this one in its caps.
-        if (open !== this.look.open) this.isListed = false;
+        if (open !== this.look.open) this.isUploaded = false;
         return mesh;
     }
 
@@ -267,7 +267,7 @@ class Viewer extends Scene {
     state() {
         const { isovalue, low, high, view, look, renderer, playing, nPictures, latency, meshTime } = this;
         return {
-            isovalue, low, high, view: { ...view }, ...look, color: this.coloring.color, ends: this.shown?.ends ?? null, playing, nPictures, latency, meshTime,
+            isovalue, low, high, view: { ...view }, ...look, color: this.coloring.color, ends: this.legendContent?.ends ?? null, playing, nPictures, latency, meshTime,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
             components: this.query.components ?? null,

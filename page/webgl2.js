@@ -42,9 +42,9 @@ class WebGl2Renderer {
         Object.assign(this, { gl, canvas });
         const text = (id) => byId(id).textContent.trimStart();
         const variant = (name) => text("fragment-glsl").replace("\n", `\n#define ${name}\n`);
-        this.whole = this.linked(text("vertex-glsl"), text("fragment-glsl"));
+        this.uncut = this.linked(text("vertex-glsl"), text("fragment-glsl"));
         // The others are compiled on demand.
-        this.more = () => {
+        this.compileCutPrograms = () => {
             this.cut ??= this.linked(text("vertex-glsl"), variant("CUT"));
             this.cap ??= this.linked(CAP_VERTEX, variant("CAP"));
         };
@@ -58,7 +58,7 @@ class WebGl2Renderer {
     async load(spectrum, step) {
         this.spectrum = spectrum;
         for (const [, texture] of this.tables ?? []) this.gl.deleteTexture(texture);
-        this.upload(spectrum.tables ?? tablesOf(spectrum, step));
+        this.uploadTables(spectrum.tables ?? tablesOf(spectrum, step));
     }
 
     linked(vertex, fragment) {
@@ -78,7 +78,7 @@ class WebGl2Renderer {
         return program;
     }
 
-    upload({ isovalues, firstKnot, knots }) {
+    uploadTables({ isovalues, firstKnot, knots }) {
         const { gl } = this;
         const integer = gl.RED_INTEGER;
         const tables = [
@@ -119,7 +119,7 @@ class WebGl2Renderer {
     layer(i) {
         const { gl } = this;
         while (this.layers.length <= i) {
-            const layer = { corners: gl.createBuffer(), vertexArray: gl.createVertexArray(), list32: new Uint32Array(4096), nTriangles: 0 };
+            const layer = { corners: gl.createBuffer(), vertexArray: gl.createVertexArray(), words: new Uint32Array(4096), nTriangles: 0 };
             gl.bindVertexArray(layer.vertexArray);
             gl.bindBuffer(gl.ARRAY_BUFFER, layer.corners);
             // Each corner: its vertex, the code of its normal, the colour code of its triangle.
@@ -139,7 +139,7 @@ class WebGl2Renderer {
 
     /** Compiles what plain pictures do not need. */
     prepare(layers, { plane, occlusion }) {
-        if (plane || layers.some(({ opacity }) => opacity < 1)) this.more();
+        if (plane || layers.some(({ opacity }) => opacity < 1)) this.compileCutPrograms();
         if (occlusion) this.occlusion ??= new WebGl2Occlusion(this);
         return null;
     }
@@ -151,22 +151,22 @@ class WebGl2Renderer {
     }
 
     /** Uploads the triangles of layer i and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals, names, codes = names }, i = 0) {
+    upload({ nTriangles, corners, vertices, normals, components, codes = components }, i = 0) {
         const { gl } = this;
         const layer = this.layer(i);
-        const list32 = withCapacity(layer.list32, 9 * nTriangles);
+        const words = withCapacity(layer.words, 9 * nTriangles);
         for (let at = 0; at < 3 * nTriangles; at++) {
-            list32[3 * at] = vertices[corners[at]];
-            list32[3 * at + 1] = normals[corners[at]];
-            list32[3 * at + 2] = codes[(at / 3) | 0];
+            words[3 * at] = vertices[corners[at]];
+            words[3 * at + 1] = normals[corners[at]];
+            words[3 * at + 2] = codes[(at / 3) | 0];
         }
-        Object.assign(layer, { nTriangles, list32 });
+        Object.assign(layer, { nTriangles, words });
         gl.bindBuffer(gl.ARRAY_BUFFER, layer.corners);
-        gl.bufferData(gl.ARRAY_BUFFER, list32.subarray(0, 9 * nTriangles), gl.DYNAMIC_DRAW);
+        gl.bufferData(gl.ARRAY_BUFFER, words.subarray(0, 9 * nTriangles), gl.DYNAMIC_DRAW);
     }
 
     /** Draws a picture of a size into `resolved`. */
-    paint(layers, look, projection, [width, height]) {
+    render(layers, look, projection, [width, height]) {
         const { gl } = this;
         this.resize(width, height);
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
@@ -190,7 +190,7 @@ class WebGl2Renderer {
     draw(layers, look, projection) {
         const { gl } = this;
         const { width, height } = this.canvas;
-        this.paint(layers, look, projection, [width, height]);
+        this.render(layers, look, projection, [width, height]);
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
         gl.viewport(0, 0, width, height);
         gl.disable(gl.DEPTH_TEST);
@@ -205,7 +205,7 @@ class WebGl2Renderer {
     drawLayer({ vertexArray, nTriangles }, layer, look, projection) {
         const { gl } = this;
         const isCut = Boolean(look.plane) || layer.opacity < 1;
-        const program = isCut ? this.cut : this.whole;
+        const program = isCut ? this.cut : this.uncut;
         const triangles = () => gl.drawArrays(gl.TRIANGLES, 0, 3 * nTriangles);
         gl.bindVertexArray(vertexArray);
         gl.useProgram(program);
@@ -354,7 +354,7 @@ class WebGl2Renderer {
     /** Draws a picture and reads it back: rows from the top, four bytes per pixel, premultiplied alpha. */
     async read(layers, look, projection, [width, height]) {
         this.prepare(layers, look);
-        this.paint(layers, look, projection, [width, height]);
+        this.render(layers, look, projection, [width, height]);
         const { gl } = this;
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.resolved);
         const rows = new Uint8Array(4 * width * height);

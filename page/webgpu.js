@@ -1,6 +1,6 @@
 // Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/painter.rs.
 
-const FRAME_BYTES = 272 + 16 * N_STOPS;
+const UNIFORM_BYTES = 272 + 16 * N_STOPS;
 /** 32-bit words of a knot and of a triangle in the shader's tables. */
 const KNOT_WORDS = 4;
 const TRIANGLE_WORDS = 7;
@@ -60,9 +60,9 @@ function drawingOrder(layers) {
 }
 
 /** The bytes of the shader's SurfaceUniforms. */
-function frameOf(spectrum, { query, front, backside, palette, stops }, look, projection) {
-    const frame = new ArrayBuffer(FRAME_BYTES);
-    const numbers = new Float32Array(frame);
+function surfaceUniforms(spectrum, { query, front, backside, palette, stops }, look, projection) {
+    const uniforms = new ArrayBuffer(UNIFORM_BYTES);
+    const numbers = new Float32Array(uniforms);
     numbers.set(projection.clipFromVoxel, 0);
     numbers.set(projection.eyeFromVoxel, 16);
     numbers.set(projection.eyeFromNormal, 32);
@@ -70,7 +70,7 @@ function frameOf(spectrum, { query, front, backside, palette, stops }, look, pro
     numbers.set(backside, 52);
     numbers.set(palette ? COLOURED_WIRE : PLAIN_WIRE, 56);
     numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
-    const words = new Uint32Array(frame);
+    const words = new Uint32Array(uniforms);
     words[62] = Math.max(query.active.rank, 0);
     words[63] = palette;
     if (stops) numbers.set(stops, 68);
@@ -78,7 +78,7 @@ function frameOf(spectrum, { query, front, backside, palette, stops }, look, pro
     words[65] = projection.mirrored ? 1 : 0;
     words[66] = projection.isParallel ? 1 : 0;
     words[67] = look.lamp;
-    return frame;
+    return uniforms;
 }
 
 class WebGpuRenderer {
@@ -137,17 +137,17 @@ class WebGpuRenderer {
             depthStencil: { format: DEPTH_FORMAT, depthWriteEnabled: true, depthCompare: "less", ...depthStencil },
             multisample: { count: 4 },
         });
-        this.whole = await pipeline(module, "surface_vertex", "surface_fragment", {}, {});
+        this.uncut = await pipeline(module, "surface_vertex", "surface_fragment", {}, {});
         // The others are compiled on demand: compiling takes as long as drawing a picture.
         const blended = { blend: { color: over, alpha: over } };
         const surface = (...rest) => pipeline(cut, "surface_vertex", ...rest);
         const reset = { compare: "not-equal", failOp: "keep", depthFailOp: "zero", passOp: "zero" };
         const capping = { stencilFront: reset, stencilBack: reset };
-        this.compileMore = async () => {
+        this.compileCutPipelines = async () => {
             const made = {
                 clipped: surface("cut_fragment", {}, {}),
-                bare: surface("depth_only_fragment", { writeMask: 0 }, {}),
-                clear: surface("cut_fragment", blended, { depthWriteEnabled: false, depthCompare: "less-equal" }),
+                depthOnly: surface("depth_only_fragment", { writeMask: 0 }, {}),
+                transparent: surface("cut_fragment", blended, { depthWriteEnabled: false, depthCompare: "less-equal" }),
                 count: surface("depth_only_fragment", { writeMask: 0 }, {
                     depthWriteEnabled: false, depthCompare: "always",
                     stencilFront: { compare: "always", passOp: "decrement-wrap" },
@@ -156,15 +156,15 @@ class WebGpuRenderer {
                 cap: pipeline(cut, "cap_vertex", "cap_fragment", blended, capping),
             };
             for (const [name, promise] of Object.entries(made)) made[name] = await promise;
-            this.more = made;
+            this.cutPipelines = made;
         };
     }
 
     /** Compiles what plain pictures do not need; a promise, or null if nothing is missing. */
     prepare(layers, { plane, occlusion }) {
         const isCut = plane || layers.some(({ opacity }) => opacity < 1);
-        const cutting = isCut && !this.more ? (this.preparing ??= this.compileMore()) : null;
-        const darkening = occlusion && !this.occlusion ? (this.preparingDark ??= this.compileOcclusion()) : null;
+        const cutting = isCut && !this.cutPipelines ? (this.preparing ??= this.compileCutPipelines()) : null;
+        const darkening = occlusion && !this.occlusion ? (this.preparingOcclusion ??= this.compileOcclusion()) : null;
         return cutting && darkening ? cutting.then(() => darkening) : cutting ?? darkening;
     }
 
@@ -203,7 +203,7 @@ class WebGpuRenderer {
     }
 
     bind(layer) {
-        const entries = [layer.frame, ...this.tables, layer.listed, layer.cut]
+        const entries = [layer.uniforms, ...this.tables, layer.buffer, layer.cut]
             .map((buffer, binding) => ({ binding, resource: { buffer } }));
         layer.group = this.device.createBindGroup({ layout: this.layout, entries });
     }
@@ -215,8 +215,8 @@ class WebGpuRenderer {
         });
         while (this.layers.length <= i) {
             const triangles = new Uint32Array(4096);
-            const listed = this.storage(triangles.byteLength);
-            const layer = { frame: uniform(FRAME_BYTES), cut: uniform(CUT_BYTES), triangles, listed, nTriangles: 0 };
+            const buffer = this.storage(triangles.byteLength);
+            const layer = { uniforms: uniform(UNIFORM_BYTES), cut: uniform(CUT_BYTES), triangles, buffer, nTriangles: 0 };
             this.bind(layer);
             this.layers.push(layer);
         }
@@ -229,13 +229,13 @@ class WebGpuRenderer {
     }
 
     /** Uploads the triangles of layer i and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals, names, codes = names }, i = 0) {
+    upload({ nTriangles, corners, vertices, normals, components, codes = components }, i = 0) {
         const layer = this.layer(i);
         const before = layer.triangles;
         layer.triangles = withCapacity(before, TRIANGLE_WORDS * nTriangles);
         if (layer.triangles !== before) {
-            layer.listed.destroy();
-            layer.listed = this.storage(layer.triangles.byteLength);
+            layer.buffer.destroy();
+            layer.buffer = this.storage(layer.triangles.byteLength);
             this.bind(layer);
         }
         const words = layer.triangles;
@@ -253,7 +253,7 @@ class WebGpuRenderer {
             words[at + 6] = normals[c];
         }
         layer.nTriangles = nTriangles;
-        this.device.queue.writeBuffer(layer.listed, 0, words, 0, TRIANGLE_WORDS * nTriangles);
+        this.device.queue.writeBuffer(layer.buffer, 0, words, 0, TRIANGLE_WORDS * nTriangles);
     }
 
     /** Draws into the canvas. */
@@ -294,7 +294,7 @@ class WebGpuRenderer {
             this.encodeLayers(encoder, order, layers, look, projection, true, true);
             return;
         }
-        // Transparent layers are drawn over the occlusion of the opaque ones.
+        // Transparent layers are draw over the occlusion of the opaque ones.
         this.encodeLayers(encoder, order.slice(0, nOpaque), layers, look, projection, true, false);
         this.occlusion.encode(encoder, this, projection);
         if (nOpaque < layers.length) {
@@ -325,25 +325,25 @@ class WebGpuRenderer {
             },
         });
         for (const i of order) {
-            const { frame, cut, group, nTriangles } = this.layer(i);
+            const { uniforms, cut, group, nTriangles } = this.layer(i);
             const isCut = Boolean(look.plane) || layers[i].opacity < 1;
-            if (nTriangles === 0 || (isCut && !this.more)) continue;
-            device.queue.writeBuffer(frame, 0, frameOf(this.spectrum, layers[i], look, projection));
+            if (nTriangles === 0 || (isCut && !this.cutPipelines)) continue;
+            device.queue.writeBuffer(uniforms, 0, surfaceUniforms(this.spectrum, layers[i], look, projection));
             if (isCut) device.queue.writeBuffer(cut, 0, cutOf(layers[i], look, projection));
             pass.setBindGroup(0, group);
-            const drawn = (pipeline, n = 3 * nTriangles) => {
+            const draw = (pipeline, n = 3 * nTriangles) => {
                 pass.setPipeline(pipeline);
                 pass.draw(n);
             };
             if (look.plane && !look.open) {
-                drawn(this.more.count);
-                drawn(this.more.cap, 3);
+                draw(this.cutPipelines.count);
+                draw(this.cutPipelines.cap, 3);
             }
             if (layers[i].opacity < 1) {
                 // First depth, then colour: only the nearest triangles are visible, in any order of the triangles.
-                drawn(this.more.bare);
-                drawn(this.more.clear);
-            } else drawn(look.plane ? this.more.clipped : this.whole);
+                draw(this.cutPipelines.depthOnly);
+                draw(this.cutPipelines.transparent);
+            } else draw(look.plane ? this.cutPipelines.clipped : this.uncut);
         }
         pass.end();
     }

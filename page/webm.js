@@ -12,7 +12,7 @@ function ebml(id, ...parts) {
     const body = parts.flat(9).map((part) => (typeof part === "number" ? number(part, 8)
         : typeof part === "string" ? new TextEncoder().encode(part) : part));
     const length = body.reduce((sum, part) => sum + part.length, 0);
-    // The first byte of the length says that it has eight bytes.
+    // The first byte of the length marks a length of eight bytes.
     const size = number(length, 8);
     size[0] = 1;
     return [number(id, Math.ceil(Math.log2(id + 1) / 8)), size, ...body];

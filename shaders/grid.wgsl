@@ -25,7 +25,7 @@ struct Parameters {
     value_noise: f32,
     /// How far values along a step may leave the slab between start and isovalue.
     slab_tolerance: f32,
-    /// Share of its remaining way by which a held vertex moves.
+    /// Share of its remaining way by which a constrained vertex moves.
     share: f32,
 }
 

@@ -4,8 +4,8 @@
 /// Longest move of one iteration, as a multiple of the vertex' shortest edge.
 const MAX_MOVE = 0.5f;
 
-/// One byte per vertex, four to a word: not 0 where it is held.
-@group(0) @binding(3) var<storage, read> held: array<u32>;
+/// One byte per vertex, four to a word: not 0 where it is constrained.
+@group(0) @binding(3) var<storage, read> constrained: array<u32>;
 /// Start and end of each vertex' ring.
 @group(0) @binding(4) var<storage, read> ring_offsets: array<u32>;
 /// Neighbours, counter-clockwise.
@@ -28,7 +28,7 @@ struct Force {
 fn force(v: u32, p: vec3<f32>, n: vec3<f32>) -> Force {
     let start = ring_offsets[v];
     let end = ring_offsets[v + 1u];
-    if extractBits(held[v / 4u], 8u * (v % 4u), 8u) != 0u || start == end {
+    if extractBits(constrained[v / 4u], 8u * (v % 4u), 8u) != 0u || start == end {
         return Force(vec3<f32>(0.0), 0.0);
     }
     var sum = vec3<f32>(0.0);

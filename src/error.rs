@@ -83,7 +83,7 @@ impl Error {
     }
 }
 
-/// Names the numbers with the fewest significant digits, five at least, that tell them apart.
+/// Names the numbers with the fewest significant digits, five at least, that distinguish them.
 fn range_message(isovalue: f64, low: f64, high: f64) -> String {
     let numbers = [isovalue, low, high];
     let pairs = [(0, 1), (0, 2), (1, 2)];
@@ -91,7 +91,7 @@ fn range_message(isovalue: f64, low: f64, high: f64) -> String {
     let is_clear = |text: &[String; 3]| {
         pairs.iter().all(|&(a, b)| numbers[a] == numbers[b] || text[a] != text[b])
     };
-    // 17 digits tell any two numbers apart.
+    // 17 digits distinguish any two numbers.
     let [isovalue, low, high] = (5..17).map(text).find(is_clear).unwrap_or_else(|| text(17));
     format!("isovalue {isovalue} is outside the range {low} to {high}")
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A room may use those listed before it. `main` and `cli` are a crate of their own, which may use all of them.
+/// A room may use the rooms listed before it. `main` and `cli` are a separate crate, which may use all of them.
 const ORDER: &[&str] = &[
     "error",
     "setters",
@@ -178,7 +178,7 @@ fn named_paths(code: &str) -> Vec<Name> {
     found
 }
 
-/// The deepest module that a path named in `user` goes through, if it is one of the crate.
+/// The deepest module of the crate in a path that `user` names, if any.
 fn module_of(modules: &BTreeSet<Name>, user: &Name, path: &Name) -> Option<Name> {
     let parent = |name: &Name| name[..name.len().saturating_sub(1)].to_vec();
     let mut rest = &path[1..];
@@ -220,7 +220,7 @@ fn graph(sources: &BTreeMap<Name, String>) -> Graph {
 fn reachable(graph: &Graph, from: &Name) -> BTreeSet<Name> {
     let (mut found, mut open) = (BTreeSet::new(), vec![from]);
     while let Some(name) = open.pop() {
-        // The root names every room and is named for what it re-exports.
+        // The root uses every room, and rooms use its re-exports.
         for used in graph.get(name).into_iter().flatten().filter(|used| !used.is_empty()) {
             if found.insert(used.clone()) {
                 open.push(used);
@@ -250,7 +250,7 @@ fn circles(graph: &Graph) -> Vec<BTreeSet<Name>> {
     found
 }
 
-/// Each circle of a room that is not excused, and each excuse that is not needed.
+/// Each circle in a room that is not excused, and each unnecessary excuse.
 fn complaints(graph: &Graph, excused: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     let mut rooms = BTreeSet::new();
@@ -269,7 +269,7 @@ fn complaints(graph: &Graph, excused: &[&str]) -> Vec<String> {
     found
 }
 
-/// Each use of a room that is not before the one that uses it, or has no place in the order.
+/// Each use of a room that is not listed before its user, or not listed at all.
 fn against(order: &[&str], graph: &Graph) -> Vec<String> {
     let room = |name: &Name| name.first().map_or("lib", String::as_str).to_owned();
     let place = |room: &str| order.iter().position(|&name| name == room);
@@ -350,7 +350,7 @@ fn example(files: &[(&str, &str)]) -> Graph {
 }
 
 #[test]
-fn a_use_against_the_order_is_found() {
+fn a_use_that_violates_the_order_of_rooms_is_found() {
     for text in [
         "use crate::b::Item;",
         "use crate::{c::{Item, Other}, b::Item};",

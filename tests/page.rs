@@ -1,4 +1,4 @@
-//! The page that `html` writes: its bytes here, the page in a browser in `browser`.
+//! The page that `html` writes: its bytes here, its behaviour in a browser in `browser`.
 
 #[path = "page/browser.rs"]
 mod browser;

@@ -31,50 +31,50 @@ import isospectrum  # noqa: E402
 
 
 def by_spectrum(spectrum):
-    def ask(c):
+    def query(c):
         mesh = spectrum.mesh(c)
         return mesh.vertices, mesh.triangles, mesh.normals
 
-    return ask
+    return query
 
 
 def by_flying_edges(samples):
     filter = flying_edges(samples)
 
-    def ask(c):
+    def query(c):
         filter.SetValue(0, c)
         filter.Update()
         mesh = filter.GetOutput()
         corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
         return vtk_to_numpy(mesh.GetPoints().GetData()), corners, vtk_to_numpy(mesh.GetPointData().GetNormals())
 
-    return ask
+    return query
 
 
 def by_pyvista(samples):
     image = pyvista.ImageData(dimensions=samples.shape[::-1])
     image["samples"] = samples.ravel()
 
-    def ask(c):
+    def query(c):
         mesh = image.contour([c], scalars="samples", method="flying_edges", compute_normals=True, compute_scalars=False)
         return mesh.points, mesh.regular_faces, mesh.point_data.active_normals
 
-    return ask
+    return query
 
 
 def by_scikit_image(samples):
     samples = samples.astype(numpy.float32)
 
-    def ask(c):
+    def query(c):
         vertices, triangles, normals, _ = marching_cubes(samples, c)
         return vertices, triangles, normals
 
-    return ask
+    return query
 
 
-def timed(ask, c):
+def timed(query, c):
     started = time.perf_counter_ns()
-    arrays = ask(c)
+    arrays = query(c)
     return time.perf_counter_ns() - started, len(arrays[1])
 
 
@@ -106,9 +106,9 @@ def main():
     print(f"{versions}; isovalues {low:g} to {high:g}, one thread each")
     for name, isovalues in [("small moves", walk), ("jumps", jumps)]:
         for c in isovalues[:5]:
-            for ask in (ours, *peers.values()):
-                ask(c)
-        rows = [(timed(ours, c), {peer: timed(ask, c) for peer, ask in peers.items()}) for c in isovalues]
+            for query in (ours, *peers.values()):
+                query(c)
+        rows = [(timed(ours, c), {peer: timed(query, c) for peer, query in peers.items()}) for c in isovalues]
         median = statistics.median
         print(f"{name}: s.mesh {median(r[0][0] for r in rows) / 1e3:.0f} us, {median(r[0][1] for r in rows):.0f} triangles")
         for peer in peers:

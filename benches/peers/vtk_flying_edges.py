@@ -75,7 +75,7 @@ class Spectrum:
         )
         self.facts = json.loads(self.process.stdout.readline())
 
-    def ask(self, isovalue):
+    def query(self, isovalue):
         self.process.stdin.write(f"{isovalue!r}\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
@@ -88,7 +88,7 @@ def compare(spectrum, filter, isovalues):
     """One row per isovalue: the times of both, ns, and their triangles."""
     rows = []
     for isovalue in isovalues:
-        ours = spectrum.ask(isovalue)
+        ours = spectrum.query(isovalue)
         filter.SetValue(0, isovalue)
         started = time.perf_counter_ns()
         filter.Update()

@@ -5,6 +5,7 @@
 //!
 //! The library never runs while the interpreter's lock is held, and no other lock is waited for with it.
 
+mod appearance;
 mod arguments;
 mod arrays;
 mod bricks;
@@ -13,7 +14,6 @@ mod errors;
 mod handle;
 mod picture;
 mod reports;
-mod sight;
 mod spectrum;
 mod volume;
 mod watch;

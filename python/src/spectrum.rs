@@ -14,13 +14,13 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+use crate::appearance::{Appearance, Kept, kept};
 use crate::arguments;
 use crate::arrays::{MeshArrays, in_world, mesh_arrays, rows};
 use crate::errors::raised;
 use crate::handle::Handle;
 use crate::picture::{Picture, Shown, still, surfaces_of};
 use crate::reports::{self, Curves};
-use crate::sight::{Kept, Sight, kept};
 use crate::volume::Volume;
 use crate::watch::watched;
 
@@ -197,14 +197,14 @@ impl Spectrum {
     }
 
     /// Draws isosurfaces, each with its isovalue, sRGB colour and opacity.
-    #[pyo3(signature = (surfaces, size, sight, legend, scale_bar, label, fit_volume, volume, color_by, adapter))]
+    #[pyo3(signature = (surfaces, size, appearance, legend, scale_bar, label, fit_volume, volume, color_by, adapter))]
     #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn render(
         &self,
         py: Python<'_>,
         surfaces: Vec<Shown>,
         size: (u32, u32),
-        sight: Sight,
+        appearance: Appearance,
         legend: bool,
         scale_bar: bool,
         label: Option<String>,
@@ -225,22 +225,22 @@ impl Spectrum {
             let mut view = View::default()
                 .with_width(size.0)
                 .with_height(size.1)
-                .with_camera(sight.camera()?)
-                .with_color(sight.color(color_by.is_some())?)
-                .with_map(sight.map()?)
-                .with_ends(sight.ends()?)
-                .with_background(sight.background()?.unwrap_or_default())
-                .with_light(sight.light()?)
-                .with_clip(sight.clip())
-                .with_wireframe(sight.wireframe.then_some(1.0))
-                .with_opacity(sight.opacity)
-                .with_occlusion(sight.occlusion)
-                .with_axes(sight.axes)
-                .with_scale_bar(scale_bar || sight.axes)
+                .with_camera(appearance.camera()?)
+                .with_color(appearance.color(color_by.is_some())?)
+                .with_map(appearance.map()?)
+                .with_ends(appearance.ends()?)
+                .with_background(appearance.background()?.unwrap_or_default())
+                .with_light(appearance.light()?)
+                .with_clip(appearance.clip())
+                .with_wireframe(appearance.wireframe.then_some(1.0))
+                .with_opacity(appearance.opacity)
+                .with_occlusion(appearance.occlusion)
+                .with_axes(appearance.axes)
+                .with_scale_bar(scale_bar || appearance.axes)
                 .with_legend(legend)
                 .with_label(label)
-                .with_open(sight.open)
-                .with_keep(sight.keep(&spectrum));
+                .with_open(appearance.open)
+                .with_keep(appearance.keep(&spectrum));
             let volume = volume.map(|v| color_sources::swept_volume(v, &spectrum)).transpose()?;
             let sources = color_sources::sources(
                 &spectrum,
@@ -262,7 +262,7 @@ impl Spectrum {
 
     /// The spectrum as a web page, with a still picture if wanted and there is a GPU adapter. `surfaces` are as in `render`; the first is
     /// that of the slider.
-    #[pyo3(signature = (surfaces, title, caption, credit, marks, range, tolerance, step, sight, volume, color_by, has_still))]
+    #[pyo3(signature = (surfaces, title, caption, credit, marks, range, tolerance, step, appearance, volume, color_by, has_still))]
     #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn html(
         &self,
@@ -275,7 +275,7 @@ impl Spectrum {
         range: Option<(f64, f64)>,
         tolerance: f64,
         step: Option<f64>,
-        sight: Sight,
+        appearance: Appearance,
         volume: Option<&Bound<'_, Volume>>,
         color_by: Option<&Bound<'_, Volume>>,
         has_still: bool,
@@ -306,22 +306,22 @@ impl Spectrum {
                 spectrum.check_isovalue(isovalue)?;
             }
             let first = also.remove(0);
-            let background = sight.background()?;
+            let background = appearance.background()?;
             if background == Some(Background::Transparent) {
                 return Err(Error::Usage(
                     "background 'transparent', expected white, light or dark".to_owned(),
                 ));
             }
             let mut look = page::Look::default();
-            look.occlusion = sight.occlusion;
-            look.wireframe = sight.wireframe;
-            look.opacity = first.opacity.unwrap_or(sight.opacity);
-            look.clip = sight.clip();
+            look.occlusion = appearance.occlusion;
+            look.wireframe = appearance.wireframe;
+            look.opacity = first.opacity.unwrap_or(appearance.opacity);
+            look.clip = appearance.clip();
             look.background = background;
-            look.light = sight.light()?;
+            look.light = appearance.light()?;
             look.front = first.color;
             look.also = also;
-            let color = sight.color(color_by.is_some())?;
+            let color = appearance.color(color_by.is_some())?;
             let sources = color_sources::sources(
                 &spectrum,
                 color,
@@ -335,15 +335,15 @@ impl Spectrum {
                     .with_caption(caption.as_deref())
                     .with_credit(credit.as_deref())
                     .with_step(step.unwrap_or(page::DEFAULT_STEP))
-                    .with_open(sight.open)
-                    .with_camera(sight.camera()?)
+                    .with_open(appearance.open)
+                    .with_camera(appearance.camera()?)
                     .with_color(color)
-                    .with_map(sight.map()?)
-                    .with_ends(sight.ends()?)
+                    .with_map(appearance.map()?)
+                    .with_ends(appearance.ends()?)
                     .with_field(&sources)
-                    .with_axes(sight.axes)
+                    .with_axes(appearance.axes)
                     .with_look(look)
-                    .with_keep(sight.keep(&spectrum))
+                    .with_keep(appearance.keep(&spectrum))
                     .with_samples(samples.as_ref())
                     .with_statistics(statistics.as_ref())
                     .with_marks(&marks);

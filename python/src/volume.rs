@@ -26,7 +26,7 @@ impl Volume {
     /// A volume from `array[z, y, x]` of one of the eight sample types. `direction` holds the unit vectors of x, y, z.
     #[new]
     #[pyo3(signature = (array, name, origin, spacing, direction, space, unit, nan_as))]
-    #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
+    #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn new(
         py: Python<'_>,
         array: &Bound<'_, PyAny>,

@@ -1,4 +1,4 @@
-"""Arrays that the tests share. All are small: a spectrum of one takes a second or two."""
+"""Arrays and fixtures of several tests. The arrays are small: a spectrum takes a second or two."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def grid(shape: tuple[int, int, int]) -> list[np.ndarray]:
 
 
 def blobs(shape: tuple[int, int, int] = (14, 16, 18)) -> np.ndarray:
-    """Two balls of unlike size that meet: float32 from about 0 to 1, nothing of it symmetric."""
+    """Two balls of different size that merge, without symmetry: float32 from about 0 to 1."""
     z, y, x = grid(shape)
     a = np.exp(-((x - 5.3) ** 2 + (y - 6.1) ** 2 + (z - 6.4) ** 2) / 9)
     b = 0.8 * np.exp(-((x - 12.2) ** 2 + (y - 9.7) ** 2 + (z - 7.2) ** 2) / 7)
@@ -40,18 +40,18 @@ def spectrum(array: np.ndarray) -> isospectrum.Spectrum:
 
 @pytest.fixture(scope="session")
 def program() -> pathlib.Path:
-    """The command line's program: $ISOSPECTRUM_PROGRAM, or the newest that was built here."""
-    told = os.environ.get("ISOSPECTRUM_PROGRAM")
-    built = [pathlib.Path(told)] if told else [ROOT / "target" / p / "isospectrum" for p in ("debug", "release")]
-    there = [path for path in built if path.is_file()]
-    if not there:
-        pytest.fail("no program to compare with: cargo build, or say where it is in $ISOSPECTRUM_PROGRAM")
-    return max(there, key=lambda path: path.stat().st_mtime)
+    """The command-line program: $ISOSPECTRUM_PROGRAM, or the newest one in `target`."""
+    given = os.environ.get("ISOSPECTRUM_PROGRAM")
+    candidates = [pathlib.Path(given)] if given else [ROOT / "target" / p / "isospectrum" for p in ("debug", "release")]
+    found = [path for path in candidates if path.is_file()]
+    if not found:
+        pytest.fail("no program to compare with: cargo build, or set $ISOSPECTRUM_PROGRAM to its path")
+    return max(found, key=lambda path: path.stat().st_mtime)
 
 
 @pytest.fixture(scope="session")
 def run(program: pathlib.Path):
-    """Runs the program; returns what it printed."""
+    """Runs the program. Returns its output."""
 
     def run(*arguments: object) -> str:
         done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False)
@@ -62,13 +62,13 @@ def run(program: pathlib.Path):
 
 
 def data(name: str) -> pathlib.Path:
-    """A volume that is not in the repository. Where it is missing, the test says loudly that it did not run."""
+    """A volume that is not in the repository. If it is missing, the test is skipped with a warning."""
     folder = pathlib.Path(os.environ.get("ISOSPECTRUM_DATA", ROOT.parent / "shared" / "data"))
     path = folder / name
     if not path.exists():
-        said = f"NOT RUN: {path} is missing ($ISOSPECTRUM_DATA tells where volumes are)"
-        warnings.warn(said, stacklevel=2)
-        pytest.skip(said)
+        message = f"NOT RUN: {path} is missing ($ISOSPECTRUM_DATA is the folder of volumes)"
+        warnings.warn(message, stacklevel=2)
+        pytest.skip(message)
     return path
 
 
@@ -87,6 +87,6 @@ def topology(triangles: np.ndarray, n_vertices: int) -> tuple[int, int]:
 
 
 def chromium() -> str | None:
-    """A Chromium to drive: $CHROMIUM, or that of the system."""
+    """The path of Chromium: $CHROMIUM, or that of the system."""
     names = ("chromium", "chromium-browser", "google-chrome")
     return os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, names)), None)

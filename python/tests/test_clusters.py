@@ -1,4 +1,4 @@
-"""Bricks by tasks: on clusters of dask with processes of their own, and of chunked arrays that are never loaded whole."""
+"""Bricks computed by tasks of dask, also on clusters of processes; chunked arrays are never in memory as a whole."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def array() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def expected(array, run, tmp_path_factory) -> pathlib.Path:
-    """What the program makes of the array in bricks: `s.isp` and `s.ispt`."""
+    """The spectra that the program computes of the array in bricks: `s.isp` and `s.ispt`."""
     folder = tmp_path_factory.mktemp("program")
     np.save(folder / "a.npy", array)
     for name in ("s.isp", "s.ispt"):
@@ -82,9 +82,9 @@ def test_the_current_client_is_used_by_default(array, expected, cluster):
     with distributed.Client(cluster):
         s = isospectrum.compute(chunked(array), **OPTIONS)
         assert s._native.to_bytes() == (expected / "s.isp").read_bytes()
-        # What is done to the whole volume before wants it in memory.
+        # Preparation needs the whole volume in memory.
         assert isospectrum.compute(chunked(array), median=1, **OPTIONS).parameters["preparation"]["median"] == 1
-        # An array in memory is not taken to a cluster.
+        # An array in memory is computed here, not on the cluster.
         whole = isospectrum.compute(array, backend="cpu", error=0.3, progress=False)
         assert "bricks" not in whole.parameters
 
@@ -108,8 +108,8 @@ def test_ome_zarr_has_scale_unit_and_origin(array, client, tmp_path, version):
     axes += [{"name": n, "type": "space", "unit": "micrometer"} for n in "zyx"]
 
     def dataset(path: str, scale: float) -> dict:
-        told = [{"type": "scale", "scale": [1, 1, 2 * scale, 0.5 * scale, 0.5 * scale]}]
-        return {"path": path, "coordinateTransformations": [*told, {"type": "translation", "translation": [0, 0, 7, 8, 9]}]}
+        scaling = [{"type": "scale", "scale": [1, 1, 2 * scale, 0.5 * scale, 0.5 * scale]}]
+        return {"path": path, "coordinateTransformations": [*scaling, {"type": "translation", "translation": [0, 0, 7, 8, 9]}]}
 
     image = {"name": "cells", "axes": axes, "datasets": [dataset("0", 1), dataset("1", 2)], "version": "0.4"}
     attributes = {"multiscales": [image]}
@@ -126,10 +126,10 @@ def test_ome_zarr_has_scale_unit_and_origin(array, client, tmp_path, version):
     # Whole, and a coarser level.
     coarse = isospectrum.compute(group, channel=1, level=1, **options)
     assert coarse.volume["placement"]["spacing"] == [1, 1, 4] and coarse.volume["dims"] == [14, 13, 11]
-    for wrong, says in (
+    for wrong, message in (
         ({}, "channel None, expected one of 0 to 1"), ({"channel": 2}, "channel 2"), ({"channel": 0, "level": 2}, "level 2"),
     ):  # fmt: skip
-        with pytest.raises(isospectrum.UsageError, match=says):
+        with pytest.raises(isospectrum.UsageError, match=message):
             isospectrum.compute(group, **wrong, **options)
     with pytest.raises(isospectrum.InputError, match="without multiscales"):
         isospectrum.compute(zarr.open_group(str(tmp_path / "none.zarr"), mode="w"), **options)
@@ -155,7 +155,7 @@ def test_values_that_are_not_finite_are_reported_or_replaced(array, client):
     assert found._native.to_bytes() == wanted._native.to_bytes()
 
 
-@pytest.mark.parametrize("options, says", [
+@pytest.mark.parametrize("options, message", [
     ({"persistence": 0.1}, "persistence needs the whole volume in memory"),
     ({"max_memory": "1GB"}, "max_memory needs the whole volume"),
     ({"to": "s.stl"}, "expected a name that ends in .isp or .ispt"),
@@ -163,8 +163,8 @@ def test_values_that_are_not_finite_are_reported_or_replaced(array, client):
     ({"range": (0.5, 0.2)}, "expected the lower isovalue first"),
     ({"spacing": 0}, "expected positive numbers"),
 ])  # fmt: skip
-def test_invalid_arguments_are_errors_of_one_line(array, client, options, says):
-    with pytest.raises(isospectrum.Error, match=says) as raised:
+def test_invalid_arguments_are_errors_of_one_line(array, client, options, message):
+    with pytest.raises(isospectrum.Error, match=message) as raised:
         isospectrum.compute(chunked(array), client=client, **{**OPTIONS, **options})
     assert "\n" not in str(raised.value)
     with pytest.raises(isospectrum.UsageError, match="read by chunks"):
@@ -172,13 +172,13 @@ def test_invalid_arguments_are_errors_of_one_line(array, client, options, says):
 
 
 class Killer:
-    """Kills a worker when the first part has come, and takes progress down."""
+    """Kills a worker when the first part is complete, and records the progress."""
 
     def __init__(self, pids: list[int]) -> None:
-        self.pids, self.killed, self.told = pids, 0, []
+        self.pids, self.killed, self.reports = pids, 0, []
 
     def __call__(self, done: float, what: str) -> None:
-        self.told.append(done)
+        self.reports.append(done)
         if what.endswith("of 8 bricks") and what.startswith("1 ") and not self.killed:
             self.killed = self.pids[0]
             os.kill(self.killed, signal.SIGKILL)
@@ -192,7 +192,7 @@ def test_tasks_of_a_killed_worker_are_repeated(array, expected, tmp_path):
         killer = Killer([worker.pid for worker in cluster.workers.values()])
         options = {**OPTIONS, "progress": killer}
         isospectrum.compute(chunked(array), client=client, to=tmp_path / "s.isp", **options)
-    assert killer.killed and killer.told == sorted(killer.told) and killer.told[-1] <= 1
+    assert killer.killed and killer.reports == sorted(killer.reports) and killer.reports[-1] <= 1
     assert (tmp_path / "s.isp").read_bytes() == (expected / "s.isp").read_bytes()
 
 
@@ -201,16 +201,16 @@ def started(*arguments: object) -> subprocess.Popen:
     return subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
 
-def test_workers_that_join_over_tcp(array, expected, tmp_path):
-    """Processes that know no more of each other than an address; one of them goes."""
-    told = tmp_path / "scheduler.json"
-    processes = [started("scheduler", "--host", "tcp://127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", told)]
+def test_workers_can_join_over_tcp(array, expected, tmp_path):
+    """Separate processes that share an address only; one of them is killed."""
+    scheduler_file = tmp_path / "scheduler.json"
+    processes = [started("scheduler", "--host", "tcp://127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", scheduler_file)]
     try:
-        flags = ("--no-nanny", "--nthreads", 1, "--no-dashboard", "--local-directory", tmp_path, "--scheduler-file", told)
+        flags = ("--no-nanny", "--nthreads", 1, "--no-dashboard", "--local-directory", tmp_path, "--scheduler-file", scheduler_file)
         processes += [started("worker", *flags) for _ in range(2)]
-        with distributed.Client(scheduler_file=str(told), timeout=60, set_as_default=False) as client:
+        with distributed.Client(scheduler_file=str(scheduler_file), timeout=60, set_as_default=False) as client:
             client.wait_for_workers(2, timeout=60)
-            address = json.loads(told.read_text())["address"]
+            address = json.loads(scheduler_file.read_text())["address"]
             assert address.startswith("tcp://127.0.0.1:")
             killer = Killer([processes[2].pid])
             isospectrum.compute(chunked(array), client=client, to=tmp_path / "s.isp", **{**OPTIONS, "progress": killer})
@@ -238,7 +238,7 @@ def test_complete_parts_are_reused_and_damaged_ones_recomputed(array, expected, 
     (parts / "000002.part").unlink()
     again = done()
     assert {name for name in first if again[name] != first[name]} == {"000002.part", "000005.part"}
-    # Twice at once: both write the same bytes.
+    # Two computations at once write the same bytes.
     for path in parts.iterdir():
         path.unlink()
     failed: list[BaseException] = []
@@ -254,12 +254,12 @@ def test_complete_parts_are_reused_and_damaged_ones_recomputed(array, expected, 
     done()
     thread.join()
     assert not failed
-    # Of another volume: none of these is one of its parts.
+    # Parts of another volume are not reused.
     other_volume = isospectrum.compute(chunked(array[::-1]), client=client, parts=parts, **OPTIONS)
     assert other_volume._native.to_bytes() != (expected / "s.isp").read_bytes()
 
 
-def test_bytes_that_are_no_part_are_not_stored(array, tmp_path):
+def test_only_bytes_of_the_part_are_stored(array, tmp_path):
     blocks = _bricks.Blocks(chunked(array))
     samples = np.asarray(array)
     limits = (float(samples.min()), float(samples.max()))
@@ -282,7 +282,7 @@ def test_bytes_that_are_no_part_are_not_stored(array, tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="limits of files are those of POSIX")
 @pytest.mark.parametrize("where", ["parts", "s.isp", "s.ispt"])
 def test_a_full_disk_is_an_error_of_one_line_and_leaves_no_partial_file(array, expected, tmp_path, where):
-    """Files end early, for the one who writes: workers write none."""
+    """A limit on the size of files of this process; workers write no files."""
     code = f"""
         import dask.array, distributed, isospectrum, numpy as np, os, resource, signal
         if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The wheel and the program give the same: meshes, files, tables, pages, words."""
+"""The package and the program give equal meshes, files, tables, pages, pictures and messages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from .conftest import blobs
 
-TURNED = {
+ROTATED = {
     "spacing": (0.5, 1.0, 2.0),
     "origin": (10.0, -20.0, 5.0),
     "direction": [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
@@ -32,7 +32,7 @@ def test_a_spectrum_equals_that_of_the_program_byte_for_byte(files, array, tmp_p
     s = isospectrum.compute(array, name="blobs.npy", backend="cpu", progress=False)
     s.save(tmp_path / "ours.isp")
     assert (tmp_path / "ours.isp").read_bytes() == (files / "blobs.isp").read_bytes()
-    # The path of a file is a volume, too.
+    # A volume can be given as a path.
     isospectrum.compute(files / "blobs.npy", backend="cpu", progress=False).save(tmp_path / "path.isp")
     assert (tmp_path / "path.isp").read_bytes() == (files / "blobs.isp").read_bytes()
 
@@ -75,7 +75,7 @@ def test_arrays_equal_the_mesh_that_the_program_writes(files, run, tmp_path):
 def test_a_rotated_frame_gives_the_mesh_of_the_program(run, tmp_path):
     """A MetaImage with the frame that the arguments give."""
     array = blobs((9, 10, 12))
-    columns = np.array(TURNED["direction"]).T
+    columns = np.array(ROTATED["direction"]).T
     (tmp_path / "blobs.mha").write_bytes(
         "\n".join([
             "ObjectType = Image", "NDims = 3", "BinaryData = True", "BinaryDataByteOrderMSB = False",
@@ -86,7 +86,7 @@ def test_a_rotated_frame_gives_the_mesh_of_the_program(run, tmp_path):
     run("compute", tmp_path / "blobs.mha", "-o", tmp_path / "p.isp", "--backend", "cpu", "-q", "--error", "0.4")
     run("extract", tmp_path / "p.isp", "-c", "0.3", "-o", tmp_path / "p.ply")
     vertices, normals, triangles = (part for part in ply(tmp_path / "p.ply"))
-    s = isospectrum.compute(array, **TURNED, space="LPS", error=0.4, backend="cpu", progress=False)
+    s = isospectrum.compute(array, **ROTATED, space="LPS", error=0.4, backend="cpu", progress=False)
     m = s.mesh(0.3)
     assert np.array_equal(m.vertices, vertices)
     assert np.array_equal(m.normals, normals)
@@ -110,7 +110,7 @@ def test_parameters_mean_what_flags_mean(array, run, tmp_path, flags, options):
     s = isospectrum.compute(array, name="blobs.npy", error=0.4, backend="cpu", progress=False, **options)
     s.save(tmp_path / "ours.isp")
     assert (tmp_path / "ours.isp").read_bytes() == (tmp_path / "p.isp").read_bytes()
-    # The volume as it was is all that is needed to verify it.
+    # Verification needs the original volume only.
     found = s.verify(array, n=6, events=1, progress=False)
     assert found.totals["topology_right"] == found.totals["isovalues"] > 6
 
@@ -126,7 +126,7 @@ def test_a_mask_means_what_the_flag_means(array, run, tmp_path):
     s = isospectrum.compute(array, mask=tmp_path / "mask.npy", **options)
     s.save(tmp_path / "ours.isp")
     assert (tmp_path / "ours.isp").read_bytes() == (tmp_path / "p.isp").read_bytes()
-    # An array is a mask, too; meshes are open by themselves.
+    # A mask can be an array. Masked meshes are open by default.
     of_array = isospectrum.compute(array, mask=inside, **options).mesh("60%")
     assert np.array_equal(of_array.vertices, s.mesh("60%", open=True).vertices)
     assert len(of_array.triangles) < len(s.mesh("60%", open=False).triangles)
@@ -140,10 +140,10 @@ def test_a_mask_means_what_the_flag_means(array, run, tmp_path):
 
 def test_tables_equal_those_of_the_program(files, run):
     s = isospectrum.open(files / "blobs.isp")
-    told = json.loads(run("components", files / "blobs.isp", "-c", "0.55", "--json"))["components"]
+    listed = json.loads(run("components", files / "blobs.isp", "-c", "0.55", "--json"))["components"]
     ours = s.components(0.55)
-    assert len(ours) == len(told) == 2
-    for row, expected in zip(ours, told):
+    assert len(ours) == len(listed) == 2
+    for row, expected in zip(ours, listed):
         assert row["number"] == expected["number"]
         assert [row[k] for k in ("volume", "area", "euler", "triangles")] == [
             expected[k] for k in ("volume", "area", "euler", "n_triangles")
@@ -153,9 +153,9 @@ def test_tables_equal_those_of_the_program(files, run):
         assert row["splits_from"] == (expected["splits_from"] or 0)
         assert [row[f"max_{a}"] for a in "xyz"] == expected["bounds"][1]
     assert len(s.components(0.55, keep=1)) == 1
-    told = json.loads(run("info", files / "blobs.isp", "--json"))
-    assert s.events["isovalue"].tolist() == told["events"]
-    assert (s.n_triangles, s.n_vertices, s.n_knots) == (told["n_triangles"], told["n_vertices"], told["n_knots"])
+    info = json.loads(run("info", files / "blobs.isp", "--json"))
+    assert s.events["isovalue"].tolist() == info["events"]
+    assert (s.n_triangles, s.n_vertices, s.n_knots) == (info["n_triangles"], info["n_vertices"], info["n_knots"])
 
 
 def test_a_page_equals_that_of_the_program(files, run, tmp_path):
@@ -228,9 +228,9 @@ def test_a_picture_with_all_options_equals_that_of_the_program(files, array, run
     run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "320x240", "--camera", "40,10",
         "--up", "x", "--orthographic", "--clip", "y:40%", "--occlusion", "--axes", "--label", "c = {isovalue}",
         "--color", "distance", "--volume", files / "blobs.npy", "--color-range", "0:0.2", "--color-map", "magma")  # fmt: skip
-    looks = {"camera": (40, 10), "up": "x", "orthographic": True, "clip": "y:40%", "occlusion": True, "axes": True}
+    appearance = {"camera": (40, 10), "up": "x", "orthographic": True, "clip": "y:40%", "occlusion": True, "axes": True}
     colors = {"color": "distance", "volume": array, "color_range": (0, 0.2), "color_map": "magma"}
-    s.render(0.4, size=(320, 240), label="c = {isovalue}", **looks, **colors).save(tmp_path / "ours.png")
+    s.render(0.4, size=(320, 240), label="c = {isovalue}", **appearance, **colors).save(tmp_path / "ours.png")
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
     run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "320x240", "--scale-bar",
         "--light", "left", "--color", "quality", "--no-legend", "--wireframe", "--clip", "-x:5")  # fmt: skip
@@ -247,14 +247,14 @@ def test_a_picture_with_all_options_equals_that_of_the_program(files, array, run
 ])  # fmt: skip
 def test_errors_have_the_messages_of_the_program(files, program, tmp_path, arguments, call):
     s = isospectrum.open(files / "blobs.isp")
-    told = [argument.format(s=files / "blobs.isp", o=tmp_path / "out") for argument in arguments]
-    done = subprocess.run([program, *told], capture_output=True, text=True, check=False)
+    command = [argument.format(s=files / "blobs.isp", o=tmp_path / "out") for argument in arguments]
+    done = subprocess.run([program, *command], capture_output=True, text=True, check=False)
     assert done.returncode in (2, 3, 4)
     with pytest.raises(isospectrum.Error) as raised:
         call(s, tmp_path / "out")
-    said = str(raised.value)
+    message = str(raised.value)
     if isinstance(raised.value, OSError):
-        # Python's own form of the same: what the system says, and the file.
+        # Python's form of system errors: the message of the system, and the file.
         assert raised.value.filename in done.stderr and raised.value.strerror in done.stderr
     else:
-        assert said in done.stderr
+        assert message in done.stderr

@@ -12,7 +12,7 @@ from .conftest import blobs, topology
 
 
 def volume_of(vertices: np.ndarray, triangles: np.ndarray) -> float:
-    """Enclosed by a closed mesh, counter-clockwise from outside."""
+    """The volume enclosed by a closed mesh that is counter-clockwise from outside."""
     p, q, r = (np.asarray(vertices, dtype=float)[triangles[:, i]] for i in range(3))
     return float(np.einsum("ij,ij->i", p, np.cross(q, r)).sum() / 6)
 
@@ -62,7 +62,7 @@ def test_a_mesh_far_from_the_origin_keeps_its_shape():
     near = isospectrum.compute(array, error=0.4, backend="cpu", progress=False).mesh(0.3)
     m = s.mesh(0.3)
     assert np.allclose(m.vertices_float64() - far, near.vertices_float64(), atol=1e-6)
-    # Other types have 64 bits where 32 lose the shape.
+    # Other mesh types get 64-bit positions if 32 bits are not precise enough.
     assert np.allclose(m.to_pyvista().points - far, near.vertices, atol=1e-6)
     assert np.allclose(m.to_trimesh().vertices - far, near.vertices, atol=1e-6)
     assert near.to_pyvista().points.dtype == np.float32
@@ -125,7 +125,7 @@ def test_pyvista_and_trimesh_have_the_same_mesh(spectrum, tmp_path):
     assert np.array_equal(pv_mesh.regular_faces, m.triangles)
     assert np.array_equal(pv_mesh.point_data.active_normals, m.normals)
     assert pv_mesh.is_manifold and pv_mesh.volume == pytest.approx(volume_of(m.vertices, m.triangles), rel=1e-5)
-    # A copy: the mesh is a value.
+    # The converted mesh is a copy.
     pv_mesh.points += 1
     assert not np.array_equal(pv_mesh.points, m.vertices)
     tri = m.to_trimesh()
@@ -163,7 +163,7 @@ def test_a_sweep_yields_the_meshes_one_by_one(spectrum):
         list(spectrum.sweep(0))
 
 
-def test_the_same_array_gives_the_same_bytes_whatever_the_threads():
+def test_bytes_do_not_depend_on_the_number_of_threads():
     a = blobs((9, 10, 11))
     made = {
         isospectrum.compute(a, threads=n, error=0.3, backend="cpu", progress=False)._native.to_bytes()

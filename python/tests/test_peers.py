@@ -1,4 +1,4 @@
-"""Against scikit-image and VTK on the same arrays: the same topology where theirs is right, and as near as promised.
+"""Against scikit-image and VTK on the same arrays: the same topology where theirs is right, and distances within the promises.
 
 What is right is known of each field beforehand: of balls, a torus and a gyroid cut by a plane.
 """
@@ -19,7 +19,7 @@ pv = importlib.import_module("pyvista")
 
 TOLERANCE = 0.1
 
-# What is promised of vertices: 99 of 100 within 2.5 tolerances of the isosurface.
+# The promise about vertices: 99 of 100 within 2.5 tolerances of the isosurface.
 PROMISED = 2.5 * TOLERANCE
 
 
@@ -30,7 +30,7 @@ def torus() -> np.ndarray:
 
 
 def shell() -> np.ndarray:
-    """A ball with a hollow: two surfaces."""
+    """A ball with a cavity: two surfaces."""
     z, y, x = grid((18, 17, 18))
     r = np.sqrt((x - 8.6) ** 2 + (y - 8.1) ** 2 + (z - 8.4) ** 2)
     return (2.0 - np.abs(r - 5.0)).astype(np.float64)
@@ -78,7 +78,7 @@ def of_vtk(array: np.ndarray, c: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def distances(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """From points to a mesh, exactly, as VTK finds them."""
+    """Exact distances from points to a mesh, by VTK."""
     mesh = pv.PolyData.from_regular_faces(np.array(vertices, dtype=float), triangles.astype(np.int64))
     found = pv.PolyData(np.array(points, dtype=float)).compute_implicit_distance(mesh)
     return np.abs(found["implicit_distance"])
@@ -91,7 +91,7 @@ def test_topology_equals_that_of_other_packages_where_theirs_is_right(spectrum_o
     m = spectrum_of(field, c).mesh(c)
     assert topology(m.triangles, m.n_vertices) == expected
     vertices, triangles = peer(field(), c)
-    # These fields are easy, so theirs is right, too.
+    # For these fields the other packages are correct.
     assert topology(triangles, len(vertices)) == expected
 
 
@@ -101,18 +101,18 @@ def test_meshes_are_at_the_positions_of_those_of_other_packages(spectrum_of, pee
     for field, c, _ in FIELDS.values():
         m = spectrum_of(field, c).mesh(c)
         vertices, triangles = peer(field(), c)
-        # Marching cubes has its vertices on the isosurface, at crossings of lattice edges: from there to our mesh.
+        # Vertices of marching cubes are on the isosurface, at lattice edges: distances from there to our mesh.
         there.append(distances(vertices, m.vertices, m.triangles))
-        # And back: no part of ours is where they have none. Their flat triangles cut the isosurface's curves in a cell.
+        # And from our vertices to their mesh, whose flat triangles cut corners within a cell.
         back.append(distances(m.vertices, vertices, triangles))
         assert np.percentile(there[-1], 99) < PROMISED and np.percentile(back[-1], 99) < PROMISED
-    # As promised: 75 of 100 points of the isosurface, over all meshes together.
+    # The promise about the isosurface: 75 of 100 points within the tolerance, over all meshes together.
     assert np.percentile(np.concatenate(there), 75) < TOLERANCE
     assert np.percentile(np.concatenate(back), 75) < TOLERANCE
 
 
 def test_the_field_at_vertices_is_the_isovalue(spectrum_of):
-    """With SciPy's own trilinear interpolation."""
+    """With SciPy's trilinear interpolation."""
     from scipy.interpolate import RegularGridInterpolator
 
     for field, c, _ in FIELDS.values():
@@ -124,7 +124,7 @@ def test_the_field_at_vertices_is_the_isovalue(spectrum_of):
             (f(np.clip(p + e, 0, np.array(a.shape) - 1)) - f(np.clip(p - e, 0, np.array(a.shape) - 1))) / 0.2
             for e in 0.1 * np.eye(3)
         ])  # fmt: skip
-        # To first order, how far a vertex is from the isosurface.
+        # The distance of a vertex from the isosurface, to first order.
         off = np.abs(f(p) - c) / np.maximum(np.linalg.norm(slope, axis=0), 1e-9)
         assert np.percentile(off, 99) < PROMISED
 
@@ -145,10 +145,10 @@ def test_topology_is_right_where_other_packages_are_wrong():
 
 
 def test_a_volume_with_a_frame():
-    """The fuel's samples, which are not in the repository: against VTK over a part of its range."""
+    """The volume fuel, which is not in the repository, against VTK over a part of its range."""
     a = np.fromfile(data("fuel_64x64x64_uint8.raw"), np.uint8).reshape(64, 64, 64)
     s = isospectrum.compute(a, range=(60, 120), backend="cpu", progress=False)
-    # A layer around it closes VTK's meshes at the border as ours are.
+    # A layer around the volume closes VTK's meshes at the border.
     padded = np.pad(a, 1)
     there = []
     for m in s.sweep(12, 62.3, 118.7):
@@ -156,6 +156,6 @@ def test_a_volume_with_a_frame():
         assert topology(m.triangles, m.n_vertices) == topology(triangles, len(vertices)), m.isovalue
         vertices, triangles = of_vtk(a, m.isovalue)
         there.append(distances(vertices, m.vertices, m.triangles))
-    # As promised of all isovalues together: 75 of 100 points within the tolerance, 99 of 100 within half a voxel.
+    # The promise over all isovalues together: 75 of 100 points within the tolerance, 99 of 100 within half a voxel.
     assert np.percentile(np.concatenate(there), 75) < TOLERANCE
     assert np.percentile(np.concatenate(there), 99) < 0.5

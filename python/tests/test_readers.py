@@ -1,6 +1,6 @@
-"""Meshes that the program writes as programs of others read them: VTK, trimesh and USD.
+"""Meshes that the program writes, read by VTK, trimesh and USD.
 
-What glTF's validator and three.js read is tested beside the program (tests/program/readers.rs).
+The validator of glTF and three.js are tested in tests/program/readers.rs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ROUNDING = 1e-4
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, array, run):
-    """The spectrum of the array, in millimetres of half its samples' distance."""
+    """The spectrum of the array with a spacing of 0.5 mm."""
     folder = tmp_path_factory.mktemp("readers")
     head = [
         "ObjectType = Image", "NDims = 3", f"DimSize = {' '.join(map(str, array.shape[::-1]))}", "ElementType = MET_FLOAT",
@@ -38,7 +38,7 @@ def folder(tmp_path_factory, array, run):
 
 @pytest.fixture(scope="module")
 def wanted(folder, run):
-    """What the program itself says of the mesh."""
+    """Area and volume of the mesh as the program reports them."""
     rows = json.loads(run("components", folder / "s.isp", "-c", ISOVALUE, "--json"))["components"]
     return sum(row["area"] for row in rows), sum(row["volume"] for row in rows)
 
@@ -50,7 +50,7 @@ def extracted(folder, run, name, *flags):
 
 @pytest.mark.parametrize("ending", ["ply", "stl", "obj", "vtp"])
 def test_vtk_reads_a_closed_surface_of_the_same_size(folder, run, wanted, ending):
-    # An STL file has each corner by itself.
+    # Triangles of an STL file share no vertices.
     mesh = pv.read(extracted(folder, run, f"vtk.{ending}")).clean()
     assert mesh.n_open_edges == 0
     assert mesh.area == pytest.approx(wanted[0], rel=ROUNDING)

@@ -21,19 +21,19 @@ from .conftest import blobs
 
 
 def noise(n: int, seed: int = 1) -> np.ndarray:
-    """Takes long: every grain of it is a component."""
+    """A volume that takes long: every local extremum is a component."""
     return np.random.default_rng(seed).integers(0, 255, (n, n, n), dtype=np.uint8)
 
 
 def test_progress_is_reported_in_the_calling_thread():
-    told = []
+    reports = []
     isospectrum.compute(
-        blobs((16, 16, 16)), backend="cpu", progress=lambda done, what: told.append((threading.get_ident(), done, what))
+        blobs((16, 16, 16)), backend="cpu", progress=lambda done, what: reports.append((threading.get_ident(), done, what))
     )
-    assert {thread for thread, *_ in told} == {threading.get_ident()}
-    shares = [done for _, done, _ in told]
+    assert {thread for thread, *_ in reports} == {threading.get_ident()}
+    shares = [done for _, done, _ in reports]
     assert shares == sorted(shares) and 0 <= shares[0] and shares[-1] <= 1
-    assert "tracking" in {what for *_, what in told}
+    assert "tracking" in {what for *_, what in reports}
 
 
 def test_an_exception_of_the_progress_callable_stops_the_work():
@@ -63,10 +63,10 @@ def test_tqdm_shows_a_bar_on_a_terminal():
     assert quiet.stderr == ""
 
 
-@pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
+@pytest.mark.skipif(os.name != "posix", reason="POSIX signals")
 @pytest.mark.parametrize("size", [24, 100])
 def test_ctrl_c_stops_a_computation(size):
-    """A small volume is stopped while it is swept, a large one while its topology is found, which looks at nothing."""
+    """A small volume is stopped during the sweep, a large one during its topology, which does not poll."""
     code = f"""
         import isospectrum, numpy as np, time
         a = np.random.default_rng(1).random(({size},) * 3)
@@ -76,7 +76,7 @@ def test_ctrl_c_stops_a_computation(size):
             isospectrum.compute(a, backend="cpu", progress=False)
         except KeyboardInterrupt:
             print("stopped", flush=True)
-            # Python goes on: what was stopped holds nothing up.
+            # The cancelled work does not block later work.
             print(isospectrum.compute(a[:6, :6, :6], backend="cpu", progress=False).n_triangles > 0, flush=True)
     """
     child = subprocess.Popen(
@@ -91,12 +91,12 @@ def test_ctrl_c_stops_a_computation(size):
     assert child.stdout.readline() == "True\n"
     child.communicate(timeout=60)
     assert child.returncode == 0
-    # Half a second of grace, and what a busy machine needs.
+    # Half a second of grace, and time for a busy machine.
     assert waited < 10
 
 
 def test_the_interpreter_lock_is_free_while_computing():
-    """Another thread runs Python meanwhile."""
+    """Another Python thread runs during the computation."""
     counted = [0]
     ended = threading.Event()
 
@@ -111,7 +111,7 @@ def test_the_interpreter_lock_is_free_while_computing():
     took = time.monotonic() - began
     ended.set()
     thread.join()
-    # A hundredth of what an idle machine would do.
+    # A hundredth of the rate of an idle machine.
     assert counted[0] > max(3, took / 0.5)
 
 
@@ -119,7 +119,7 @@ def test_twenty_threads_query_one_spectrum(spectrum):
     isovalues = np.linspace(0.05, 0.9, 40)
     expected = {c: spectrum.mesh(c) for c in isovalues}
 
-    def ask(seed: int) -> int:
+    def query(seed: int) -> int:
         wrong = 0
         for c in np.random.default_rng(seed).permutation(isovalues):
             m = spectrum.mesh(c)
@@ -129,7 +129,7 @@ def test_twenty_threads_query_one_spectrum(spectrum):
         return wrong
 
     with concurrent.futures.ThreadPoolExecutor(20) as pool:
-        assert list(pool.map(ask, range(20))) == [0] * 20
+        assert list(pool.map(query, range(20))) == [0] * 20
 
 
 def test_twenty_threads_compute_at_once():
@@ -162,7 +162,7 @@ def test_a_thousand_meshes_leak_no_memory():
     take(1000)
     gc.collect()
     grown = process.memory_info().rss - before
-    # Were the arrays of one in twenty kept, that would be more.
+    # If the arrays of one mesh in twenty were kept, more memory would be used.
     m = spectrum.mesh(0)
     assert 1000 / 20 * (m.vertices.nbytes + m.triangles.nbytes + m.normals.nbytes) > 5 << 20
     assert grown < 5 << 20, f"{grown} bytes more"

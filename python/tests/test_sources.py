@@ -1,4 +1,4 @@
-"""What can be a volume: every type and order of arrays, and the objects of other packages with their frames."""
+"""Sources of volumes: every type and order of arrays, and the objects of other packages with their frames."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def array() -> np.ndarray:
 
 
 def bytes_of(source, **options) -> bytes:
-    """The file of a spectrum of a source, whatever that is called."""
+    """The file of the spectrum of a source, independent of its name."""
     return compute(source, name="same", **options)._native.to_bytes()
 
 
 def whole(dtype, shape=(9, 10, 11)) -> np.ndarray:
-    """Whole numbers that every type of numbers holds, 0 to 100."""
+    """Integers from 0 to 100, which every type holds."""
     return np.rint(100 * blobs(shape) / blobs(shape).max()).astype(dtype)
 
 
-# Each type with the one that a volume has of it.
+# Array types and their sample types.
 TYPES = {
     "u1": "u1", "i1": "i1", "u2": "u2", "i2": "i2", "u4": "u4", "i4": "i4", "f4": "f4", "f8": "f8",
     "u8": "i4", "i8": "i4", "f2": "f4", "longdouble": "f8",
@@ -120,12 +120,12 @@ def test_every_memory_order_gives_the_same_volume(dtype):
     lambda a: a, np.asfortranarray, lambda a: a[:, ::2], lambda a: a[::-1], lambda a: a.T, lambda a: a > 50,
 ])  # fmt: skip
 def test_nothing_is_copied_before_the_compiled_part(view):
-    """That copies once, into the volume; before it, an array in any order is handed on as it is."""
+    """The compiled part copies once, into the volume. Before it, arrays in any order are passed without a copy."""
     source = view(whole(np.int16))
     assert np.shares_memory(_sources.sample_array(_sources.array_and_frame(source)[0]), source)
 
 
-@pytest.mark.parametrize("source, says", [
+@pytest.mark.parametrize("source, message", [
     (np.zeros((0, 4, 4)), "dimensions 4x4x0, expected at least 2 samples along each axis"),
     (np.zeros((4, 4, 1)), "dimensions 1x4x4, expected at least 2 samples"),
     (np.zeros((4, 4, 4)), "every sample is 0.0, expected at least two different values"),
@@ -136,8 +136,8 @@ def test_nothing_is_copied_before_the_compiled_part(view):
     (None, "an array of 0 axes"),
     (np.ma.masked_greater(np.arange(27).reshape(3, 3, 3), 20), "without masked samples"),
 ])  # fmt: skip
-def test_an_invalid_volume_is_an_error_of_one_line(source, says):
-    with pytest.raises(isospectrum.Error, match=says) as raised:
+def test_an_invalid_volume_is_an_error_of_one_line(source, message):
+    with pytest.raises(isospectrum.Error, match=message) as raised:
         compute(source)
     assert "\n" not in str(raised.value)
     assert isinstance(raised.value, ValueError)
@@ -158,7 +158,7 @@ def test_values_that_are_not_finite_are_reported_or_replaced(wrong, dtype):
         compute(a, nan_as=np.inf)
 
 
-@pytest.mark.parametrize("options, says", [
+@pytest.mark.parametrize("options, message", [
     ({"spacing": (1, 2)}, "expected three numbers: x, y, z"),
     ({"spacing": (1, 0, 1)}, "expected positive numbers"),
     ({"spacing": "wide"}, "expected three numbers"),
@@ -181,8 +181,8 @@ def test_values_that_are_not_finite_are_reported_or_replaced(wrong, dtype):
     ({"start": "half"}, "half"),
     ({"samples": 1}, "samples 1, expected 2 or more"),
 ])  # fmt: skip
-def test_invalid_arguments_are_errors_of_one_line(options, says):
-    with pytest.raises(isospectrum.Error, match=says) as raised:
+def test_invalid_arguments_are_errors_of_one_line(options, message):
+    with pytest.raises(isospectrum.Error, match=message) as raised:
         compute(blobs((6, 6, 6)), **options)
     assert "\n" not in str(raised.value)
 
@@ -247,7 +247,7 @@ def test_nibabel_images_have_their_affine(array, tmp_path):
     top = s.events[s.events["kind"] == "vanish"][-1]
     index = np.unravel_index(array.T.argmax(), array.T.shape)
     assert np.allclose([top[axis] for axis in "xyz"], nib.affines.apply_affine(affine, index))
-    # The program reads the same from the file.
+    # The program reads the same frame from the file.
     nib.save(image, tmp_path / "image.nii.gz")
     from_file = compute(tmp_path / "image.nii.gz", name=None)
     assert np.allclose(from_file.mesh(0.5).vertices, s.mesh(0.5).vertices, atol=1e-4)
@@ -267,13 +267,13 @@ def test_xarrays_have_their_coordinates(array):
     s = compute(da)
     assert s.volume["name"] == "density" and frame(s)["unit"] == "mm"
     assert frame(s)["origin"] == [10, -20, 5] and frame(s)["spacing"] == [0.5, 1, 2]
-    # y falls: the grid's axis points the other way.
+    # y is descending, so the axis of the grid points the other way.
     assert frame(s)["direction"] == [[1, 0, 0], [0, -1, 0], [0, 0, 1]]
     top = da.argmax(...)
     event = s.events[-1]
     assert event["kind"] == "vanish"
     assert all(event[axis] == da[axis][top[axis]] for axis in "xyz")
-    # In whatever order its axes are, and by dask.
+    # In any order of axes, and with dask.
     assert bytes_of(da.transpose("x", "z", "y")) == bytes_of(da)
     assert bytes_of(da.chunk({"z": 4})) == bytes_of(da)
     with pytest.raises(isospectrum.InputError, match="axis x, expected evenly spaced"):
@@ -303,12 +303,12 @@ def test_pyvista_images_have_their_frame(array):
     image = pv.ImageData(dimensions=(12, 10, 9), spacing=(0.5, 1, 2), origin=(10, -20, 5))
     image.direction_matrix = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     image["density"] = array.ravel()
-    # By the entry point alone: nothing of ours was imported for it.
+    # Through the entry point, without an import.
     s = image.isospectrum.compute(backend="cpu", progress=False)
     assert s.volume["name"] == "density"
     top = s.events[-1]
     assert np.allclose([top[axis] for axis in "xyz"], image.points[array.argmax()])
-    # Samples of cells lie in their middles.
+    # Samples of cells are at their centres.
     cells = pv.ImageData(dimensions=(13, 11, 10), spacing=(0.5, 1, 2), origin=(10, -20, 5))
     cells.cell_data["density"] = array.ravel()
     cells.set_active_scalars("density", preference="cell")

@@ -122,14 +122,14 @@ def test_a_picture_is_an_array_that_notebooks_display(spectrum, array, tmp_path)
         with pytest.raises(isospectrum.UsageError):
             spectrum.render(**{"c": 0.3, **wrong})
     with pytest.raises(isospectrum.GpuError):
-        spectrum.render(0.3, adapter="no adapter is called so")
+        spectrum.render(0.3, adapter="no such adapter")
 
 
 def test_colours_show_another_array_in_the_frame_of_the_volume():
     a = blobs()
     frame = {"spacing": (0.5, 1, 2), "origin": (3, 2, 1), "direction": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]}
     s = isospectrum.compute(a, **frame, unit="mm", backend="cpu", progress=False)
-    # All of the surface at 0.4 has 0.4 of the volume itself, which a scale about it shows in the middle colour of vik.
+    # On the surface at 0.4 the volume itself is 0.4, the middle colour of vik on this scale.
     own = s.render(0.4, size=(64, 48), color_by=a, color_map="vik", color_range=(0.2, 0.6), legend=False)
     flat = s.render(0.4, size=(64, 48), color_by=np.full_like(a, 0.4) + a * 1e-6, color_map="vik",
                     color_range=(0.2, 0.6), legend=False)  # fmt: skip
@@ -143,7 +143,7 @@ def test_colours_show_another_array_in_the_frame_of_the_volume():
 
 def test_a_limit_of_memory_gives_bricks_or_an_error():
     a = blobs((40, 44, 48))
-    # A single brick of this many cells takes more.
+    # Even a single brick needs more.
     with pytest.raises(isospectrum.UsageError, match="memory"):
         isospectrum.compute(a, backend="cpu", max_memory="1MB", progress=False)
     s = isospectrum.compute(a, range=(0.2, 0.6), backend="cpu", brick=20, max_memory="1GiB", progress=False)
@@ -164,7 +164,7 @@ def test_verification_fails_for_another_volume(spectrum, array):
     assert found and found.passed and not found.failures
     assert (found.rows["euler"] == found.rows["expected_euler"]).all() and len(found.rows) >= 12
     assert found.totals["vertex_deviation"]["p99"] < 2.5 * spectrum.tolerance
-    # Another volume of the same range: it fails, and says why.
+    # Another volume of the same range fails with reasons.
     wrong = spectrum.verify(np.ascontiguousarray(array[:, :, ::-1]), n=4, events=0, progress=False)
     assert not wrong and wrong.failures
     with pytest.raises(isospectrum.VerificationError, match="verification failed"):

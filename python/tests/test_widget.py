@@ -1,6 +1,6 @@
-"""The widget: its traits, its script with a model of the test's own, and all of it in a real JupyterLab.
+"""The widget: its traits, its script with a model of the test, and the whole in JupyterLab.
 
-The last two need Chromium (apt-get install chromium, or $CHROMIUM); they fail where there is none.
+The last two need Chromium (apt-get install chromium, or $CHROMIUM) and fail without it.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from .conftest import blobs, chromium
 
 importlib.import_module("anywidget")
 
-#: WebGL2 on SwiftShader, which needs no graphics card; nothing that asks the network.
+#: WebGL2 on SwiftShader, which needs no graphics card; no background requests.
 FLAGS = [
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
 
-#: Milliseconds that a busy machine needs.
-PATIENCE = 90_000
+#: Time limit on a busy machine, milliseconds.
+TIMEOUT = 90_000
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def browser():
     from playwright.sync_api import sync_playwright
 
     path = chromium()
-    assert path, "no chromium: apt-get install chromium, or say where in $CHROMIUM"
+    assert path, "no chromium: apt-get install chromium, or set $CHROMIUM to its path"
     with sync_playwright() as playwright:
         launched = playwright.chromium.launch(executable_path=path, args=FLAGS)
         yield launched
@@ -70,7 +70,7 @@ def test_the_isovalue_is_a_trait(small):
     part = small.widget(range=(0.2, "60%"), height=300, title="Part")
     assert part.range == (0.2, small.isovalue("60%")) and 0.2 <= part.isovalue <= part.range[1]
     assert "<h1>Part</h1>" in part._page
-    # What the browser says arrives as any message of a front end does.
+    # The browser sets the state in the same way as other front ends.
     w.set_state({"isovalue": 0.4})
     assert w.isovalue == 0.4 and seen == [0.3, 0.4]
 
@@ -81,19 +81,19 @@ HARNESS = """<!DOCTYPE html><meta charset="utf-8"><link rel="icon" href="data:,"
 const source = document.getElementById("source").textContent;
 const { default: widget } = await import(URL.createObjectURL(new Blob([source], { type: "text/javascript" })));
 window.modelOf = (state) => {
-    const heard = new Map();
+    const listeners = new Map();
     return {
         saved: 0,
         get: (name) => state[name],
         set(name, value) {
             if (state[name] === value) return;
             state[name] = value;
-            for (const listener of heard.get(`change:${name}`) ?? []) listener();
+            for (const listener of listeners.get(`change:${name}`) ?? []) listener();
         },
         save_changes() { this.saved += 1; },
-        on: (event, listener) => heard.set(event, [...(heard.get(event) ?? []), listener]),
-        off: (event, listener) => heard.set(event, (heard.get(event) ?? []).filter((other) => other !== listener)),
-        listeners: () => [...heard.values()].flat().length,
+        on: (event, listener) => listeners.set(event, [...(listeners.get(event) ?? []), listener]),
+        off: (event, listener) => listeners.set(event, (listeners.get(event) ?? []).filter((other) => other !== listener)),
+        listeners: () => [...listeners.values()].flat().length,
     };
 };
 window.show = (model) => {
@@ -114,11 +114,11 @@ def harness(browser, small, tmp_path_factory):
     path = tmp_path_factory.mktemp("harness") / "harness.html"
     path.write_text(HARNESS % (script, page))
     tab = browser.new_page(viewport={"width": 900, "height": 700})
-    tab.set_default_timeout(PATIENCE)
+    tab.set_default_timeout(TIMEOUT)
     tab.complaints = []
-    # Without WebGPU the browser says so, and the page takes WebGL2.
-    said = ("No available adapters.",)
-    is_bad = lambda m: m.type in ("error", "warning") and m.text not in said  # noqa: E731
+    # Without WebGPU the browser logs a message, and the page uses WebGL2.
+    expected = ("No available adapters.",)
+    is_bad = lambda m: m.type in ("error", "warning") and m.text not in expected  # noqa: E731
     tab.on("console", lambda m: tab.complaints.append(m.text) if is_bad(m) else None)
     tab.on("pageerror", lambda error: tab.complaints.append(str(error)))
     tab.goto(path.as_uri())
@@ -128,10 +128,10 @@ def harness(browser, small, tmp_path_factory):
 
 
 def until(tab, holds) -> None:
-    """Waits for something; what is looked at meanwhile may not be there yet."""
+    """Waits until a condition holds; the elements that it uses may not exist yet."""
     from playwright.sync_api import Error
 
-    ends = time.monotonic() + PATIENCE / 1000
+    ends = time.monotonic() + TIMEOUT / 1000
     while time.monotonic() < ends:
         try:
             if holds():
@@ -151,7 +151,7 @@ def ready(tab, n: int) -> list:
     """The frames of a tab once there are n, all showing their surface."""
     until(tab, lambda: len(frames(tab)) == n)
     for frame in frames(tab):
-        # Not by a function that waits in the page, whose policy forbids to make one of a text.
+        # Not by wait_for_function, which the page's content security policy forbids.
         until(tab, lambda frame=frame: frame.evaluate("document.documentElement.dataset.ready"))
     return frames(tab)
 
@@ -171,18 +171,18 @@ def test_the_script_synchronizes_model_and_pages(harness, small):
     # From the model to both pages.
     harness.evaluate("model.set('isovalue', 0.5)")
     until(harness, lambda: shown(one) == shown(two) == 0.5)
-    assert harness.evaluate("model.saved") <= 1, "what the model says is not said back"
+    assert harness.evaluate("model.saved") <= 1, "changes from the model are not sent back"
     # From one page to the model, and from there to the other.
     one.evaluate("window.isospectrum.setIsovalue(0.2)")
     harness.wait_for_function("model.get('isovalue') === 0.2")
     until(harness, lambda: shown(two) == 0.2)
-    # Messages of anyone else are not heard.
+    # Messages of other senders are ignored.
     harness.evaluate("window.postMessage({ isospectrum: 'isovalueChanged', isovalue: 0.7 }, '*')")
     harness.wait_for_timeout(300)
     assert harness.evaluate("model.get('isovalue')") == 0.2 and low < 0.2 < high
     harness.evaluate("model.set('height', 333)")
     assert [view.bounding_box()["height"] for view in harness.query_selector_all("iframe")] == [333, 333]
-    # Nothing stays behind.
+    # Listeners and frames are removed.
     harness.evaluate("views.forEach(({ clean, el }) => { clean(); el.remove(); })")
     assert harness.evaluate("model.listeners()") == 0
     until(harness, lambda: frames(harness) == [])
@@ -190,7 +190,7 @@ def test_the_script_synchronizes_model_and_pages(harness, small):
 
 
 def test_a_closed_widget_releases_its_context(harness):
-    """Browsers have 16 contexts of WebGL for a page, take away the oldest, and say so."""
+    """Browsers have 16 contexts of WebGL per page; beyond that they drop the oldest with a warning."""
     for _ in range(20):
         harness.evaluate("window.view = show(modelOf({ _page: page, isovalue: 0.3, height: 300 }))")
         (frame,) = ready(harness, 1)
@@ -215,7 +215,7 @@ CELLS = [
     "v.isovalue = 0.45",
     """
     import pathlib
-    pathlib.Path("told").write_text(f"{v.isovalue!r} {w.isovalue!r}")
+    pathlib.Path("isovalues").write_text(f"{v.isovalue!r} {w.isovalue!r}")
     """,
 ]
 
@@ -256,13 +256,13 @@ def lab(tmp_path_factory):
 def test_two_widgets_in_jupyterlab(lab, browser):
     folder, address = lab
     tab = browser.new_page(viewport={"width": 1100, "height": 1400})
-    tab.set_default_timeout(PATIENCE)
+    tab.set_default_timeout(TIMEOUT)
     tab.goto(address)
     tab.wait_for_selector(".jp-Notebook .jp-CodeCell")
     tab.wait_for_selector(".jp-NotebookPanel .jp-Toolbar-kernelName:has-text('Python 3')")
 
     def run(number: int) -> None:
-        """Runs a cell and waits until it has."""
+        """Runs a cell and waits until it has finished."""
         cell = tab.locator(".jp-CodeCell").nth(number)
         cell.locator(".jp-InputArea-editor").click()
         tab.keyboard.press("Shift+Enter")
@@ -274,7 +274,7 @@ def test_two_widgets_in_jupyterlab(lab, browser):
     one, two = found["One"], found["Two"]
     assert (shown(one), shown(two)) == (0.3, 0.6)
     before = {frame: pixels(frame) for frame in (one, two)}
-    # From Python: the one moves, the other does not.
+    # From Python: one changes, the other does not.
     run(3)
     until(tab, lambda: shown(one) == 0.45)
     assert shown(two) == 0.6
@@ -289,17 +289,17 @@ def test_two_widgets_in_jupyterlab(lab, browser):
     moved = shown(two)
     assert 0.1 < moved < 0.4
     run(4)
-    told = [float(number) for number in (folder / "told").read_text().split()]
-    assert told == [0.45, moved]
+    isovalues = [float(number) for number in (folder / "isovalues").read_text().split()]
+    assert isovalues == [0.45, moved]
     assert (pixels(two) != before[two]).any()
-    # To be looked at, where that is wanted.
+    # A screenshot on request.
     if keep := os.environ.get("ISOSPECTRUM_PICTURES"):
         tab.screenshot(path=pathlib.Path(keep) / "lab.png", full_page=True)
     tab.close()
 
 
 def pixels(frame) -> np.ndarray:
-    """What a page shows, as it tells itself: a picture in which something is to be seen."""
+    """The picture that a page shows, checked not to be empty."""
     found = frame.evaluate("""async () => {
         const { width, height, pixels } = await window.isospectrum.pixels();
         return [width, height, Array.from(pixels)];

@@ -57,7 +57,6 @@ pub struct Recipe {
     /// The volume after its preparation.
     pub volume: VolumeInfo,
     /// Entries for the spectrum's metadata that describe the volume, its statistics included.
-    #[serde(rename = "told")]
     pub(crate) metadata: serde_json::Map<String, serde_json::Value>,
     /// Preparation of the volume.
     pub preparation: Preparation,

@@ -17,12 +17,12 @@ use isospectrum::{Error, Result};
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
+use super::cutaway_arguments::CutawayArguments;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::number_argument::{not_negative, positive};
 use super::output::{Output, check_parent};
 use super::progress::Bar;
-use super::sight_arguments::SightArguments;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
 use super::{driver_warning, empty, heading, report};
@@ -97,7 +97,7 @@ pub(super) struct Html {
     #[arg(long, help_heading = heading::PAGE)]
     axes: bool,
     #[command(flatten)]
-    sight: SightArguments,
+    cutaway: CutawayArguments,
     #[command(flatten)]
     border: BorderArguments,
     #[command(flatten)]
@@ -220,8 +220,8 @@ impl Html {
         look.light = self.light;
         look.wireframe = self.wireframe;
         look.opacity =
-            first.and_then(|surface| surface.opacity).unwrap_or(self.sight.opacity as f32);
-        look.clip = self.sight.clip.map(|clip| clip.of(spectrum.volume()));
+            first.and_then(|surface| surface.opacity).unwrap_or(self.cutaway.opacity as f32);
+        look.clip = self.cutaway.clip.map(|clip| clip.of(spectrum.volume()));
         look.background = self.background;
         look.front = first.and_then(|surface| surface.color);
         look.also = surfaces.collect();

@@ -14,12 +14,12 @@ use isospectrum::Progress as _;
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
+use super::cutaway_arguments::CutawayArguments;
 use super::frames::{MAX_FRAMES, SweepArgument};
 use super::keep_arguments::KeepArguments;
 use super::output::{Output, no_path};
 use super::progress::Bar;
 use super::series::Series;
-use super::sight_arguments::SightArguments;
 use super::size_argument::PictureSize;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
@@ -62,7 +62,7 @@ pub(super) struct Render {
     #[arg(long, value_name = "VOLUME", hide_short_help = true)]
     volume: Option<PathBuf>,
     #[command(flatten)]
-    sight: SightArguments,
+    cutaway: CutawayArguments,
     #[command(flatten)]
     border: BorderArguments,
     #[command(flatten)]
@@ -282,14 +282,14 @@ impl Render {
             .with_color(self.color.shown())
             .with_map(self.color.color_map)
             .with_ends(self.color.ends())
-            .with_clip(self.sight.clip.map(|clip| clip.of(spectrum.volume())))
+            .with_clip(self.cutaway.clip.map(|clip| clip.of(spectrum.volume())))
             .with_legend(!self.no_legend)
             .with_axes(self.axes)
             .with_scale_bar(self.scale_bar || self.axes)
             .with_open(self.border.is_open(spectrum))
             .with_keep(self.keep.of(spectrum))
             .with_background(self.background)
-            .with_opacity(self.sight.opacity as f32)
+            .with_opacity(self.cutaway.opacity as f32)
             .with_occlusion(self.occlusion)
             .with_light(self.light)
     }

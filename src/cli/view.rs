@@ -14,11 +14,11 @@ use isospectrum::{Error, Result};
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::ColorArguments;
+use super::cutaway_arguments::CutawayArguments;
 use super::heading;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::number_argument::positive;
-use super::sight_arguments::SightArguments;
 use super::size_argument::PictureSize;
 use super::spectrum_file::{self, Format};
 use super::surface_argument::SurfaceArgument;
@@ -59,7 +59,7 @@ pub(super) struct View {
     )]
     mark: Vec<Mark>,
     #[command(flatten)]
-    sight: SightArguments,
+    cutaway: CutawayArguments,
     #[command(flatten)]
     border: BorderArguments,
     #[command(flatten)]
@@ -124,7 +124,7 @@ impl View {
             }
             None => Default::default(),
         };
-        let clip = self.sight.clip.map(|clip| match (&content, header) {
+        let clip = self.cutaway.clip.map(|clip| match (&content, header) {
             (Content::Volume(volume), _) => clip.of_grid(volume.dims(), volume.placement()),
             (_, Some(spectrum)) => clip.of(spectrum.volume()),
             (_, None) => clip.of_grid([2; 3], &Placement::default()),
@@ -154,7 +154,7 @@ impl View {
                 .with_keep(keep)
                 .with_background(self.background)
                 .with_clip(clip)
-                .with_opacity(opacity.unwrap_or(self.sight.opacity as f32)),
+                .with_opacity(opacity.unwrap_or(self.cutaway.opacity as f32)),
             parameters: Parameters::default().with_error(self.error).with_step(self.step),
             adapter: self.adapter.clone(),
             folder: self.folder.clone(),

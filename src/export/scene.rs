@@ -1,4 +1,4 @@
-//! Several meshes in one file: how each looks, and how they are arranged in time.
+//! Several meshes in one file: their appearance and their arrangement in time.
 
 use super::color_data::ColorData;
 use super::world_mesh::WorldMesh;

@@ -30,7 +30,7 @@ pub const MAX_NEWTON: u32 = 24;
 /// A direction with a smaller component (in cells) counts as parallel to the faces of that axis.
 pub const PARALLEL: f32 = 1e-12;
 
-/// The value that a ray looks for, and the values that it may pass before.
+/// The value that a ray searches, and the values that it may pass before.
 #[derive(Clone, Copy, Debug)]
 pub struct Slab {
     /// The value to reach.

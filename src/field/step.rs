@@ -33,7 +33,7 @@ pub const ZERO_LENGTH: f32 = 1e-15;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Status {
-    /// The vertex reached its isosurface along its normal, or is held.
+    /// The vertex reached its isosurface along its normal, or is constrained.
     Reached = 0,
     /// It reached it along the gradient.
     ReachedByGradient = 1,

@@ -29,7 +29,7 @@ pub fn is_folder(path: &Path) -> bool {
     path.join(INDEX).is_file()
 }
 
-/// A folder of parts. No part is read until it is asked for.
+/// A folder of parts. Parts are read on demand.
 #[derive(Clone, Debug)]
 pub struct SpectrumFolder {
     path: PathBuf,

@@ -31,7 +31,7 @@ pub struct Parameters {
     pub value_noise: f32,
     /// How far values along a step may leave the slab between start and isovalue.
     pub slab_tolerance: f32,
-    /// Share of its remaining way by which a held vertex moves.
+    /// Share of its remaining way by which a constrained vertex moves.
     pub share: f32,
 }
 

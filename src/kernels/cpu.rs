@@ -46,7 +46,7 @@ impl CpuKernels {
         for_each(&mut self.normals, |v, n| *n = normals::normal(connectivity, positions, v));
     }
 
-    /// Projects free vertices, and moves held ones by a share of their way to `ends`, unless that is empty.
+    /// Projects free vertices, and moves constrained ones by a share of their way to `ends`, unless that is empty.
     fn project(&mut self, isovalue: f64, reach: f32, ends: &[[f32; 3]], share: f32) {
         self.update_normals();
         let isovalue = self.field.isovalue(isovalue);
@@ -55,7 +55,7 @@ impl CpuKernels {
         let mut projected = vec![(Vec3::ZERO, Status::Reached); positions.len()];
         for_each(&mut projected, |v, result| {
             let p = positions[v];
-            *result = if connectivity.held[v] != 0 {
+            *result = if connectivity.constrained[v] != 0 {
                 let end = ends.get(v).map_or(p, |&end| end.into());
                 (project::held_at(p, end, share), Status::Reached)
             } else {

@@ -115,7 +115,7 @@ pub struct GpuKernels {
     faces: Growable<[u32; 3]>,
     ring_offsets: Growable<u32>,
     ring: Growable<u32>,
-    held: Growable<u8>,
+    constrained: Growable<u8>,
     ends: Growable<[f32; 3]>,
     positions: [Growable<[f32; 3]>; 2],
     normals: Growable<[f32; 3]>,
@@ -158,8 +158,8 @@ impl GpuKernels {
             faces: Growable::new(gpu, "faces")?,
             ring_offsets: Growable::new(gpu, "ring offsets")?,
             ring: Growable::new(gpu, "ring")?,
-            held: Growable::new(gpu, "held")?,
-            ends: Growable::new(gpu, "ends of held vertices")?,
+            constrained: Growable::new(gpu, "constrained")?,
+            ends: Growable::new(gpu, "ends of constrained vertices")?,
             positions: [Growable::new(gpu, "positions")?, Growable::new(gpu, "moved positions")?],
             normals: Growable::new(gpu, "normals")?,
             forces: Growable::new(gpu, "forces")?,
@@ -182,7 +182,7 @@ impl GpuKernels {
         let [ring_offsets, ring] =
             [&self.ring_offsets, &self.ring].map(|b| b.buffer() as &dyn Bind);
         let [faces, distances] = [self.faces.buffer() as &dyn Bind, self.distances.buffer()];
-        let (held, vertex_normals) = (self.held.buffer(), self.normals.buffer());
+        let (constrained, vertex_normals) = (self.constrained.buffer(), self.normals.buffer());
         let ends = self.ends.buffer();
         let (forces, status) = (self.forces.buffer(), self.status.buffer());
         let both = |bind: &dyn Fn(&Points, &Points) -> Bindings| {
@@ -196,7 +196,16 @@ impl GpuKernels {
             project: both(&|positions, _| {
                 project.bind(
                     gpu,
-                    &[grid, samples, parameters, held, vertex_normals, positions, status, ends],
+                    &[
+                        grid,
+                        samples,
+                        parameters,
+                        constrained,
+                        vertex_normals,
+                        positions,
+                        status,
+                        ends,
+                    ],
                 )
             }),
             relax: both(&|positions, moved| {
@@ -206,7 +215,7 @@ impl GpuKernels {
                         grid,
                         samples,
                         parameters,
-                        held,
+                        constrained,
                         ring_offsets,
                         ring,
                         vertex_normals,
@@ -328,7 +337,7 @@ impl Kernels for GpuKernels {
         self.faces.set(gpu, &connectivity.faces)?;
         self.ring_offsets.set(gpu, &connectivity.ring_offsets)?;
         self.ring.set(gpu, &connectivity.ring)?;
-        self.held.set(gpu, &connectivity.held)?;
+        self.constrained.set(gpu, &connectivity.constrained)?;
         self.ends.set(gpu, positions)?;
         self.positions[0].set(gpu, positions)?;
         self.positions[1].resize(gpu, n)?;

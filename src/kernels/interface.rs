@@ -11,8 +11,8 @@ pub struct Advance<'a> {
     pub isovalues: &'a [f64],
     /// How far one projection moves a vertex at most, voxels.
     pub reach: f32,
-    /// By vertex, its position after the last projection if it is held, voxel frame: every projection moves it by an equal
-    /// part of the way. Empty if held vertices do not move.
+    /// By vertex, its position after the last projection if it is constrained, voxel frame: every projection moves it by an equal
+    /// part of the way. Empty if constrained vertices do not move.
     pub ends: &'a [[f32; 3]],
     /// The relaxation after the projections.
     pub relaxation: Relaxation,
@@ -61,7 +61,7 @@ pub trait Kernels {
 
     /// Projects onto each isovalue, relaxes, and returns the state of all vertices.
     ///
-    /// A projection moves every vertex that is not held onto the isosurface by one step along its area-weighted normal,
+    /// A projection moves every vertex that is not constrained onto the isosurface by one step along its area-weighted normal,
     /// uphill or downhill by the sign of the difference, so that the field along the step leaves [value, isovalue] first
     /// through the isovalue. Where that fails it takes short steps along the gradient under the same rule.
     ///
@@ -84,7 +84,7 @@ pub trait Kernels {
 pub const RELAX_CHECK_EVERY: u32 = 8;
 
 impl Advance<'_> {
-    /// The share of its remaining way by which projection `i` moves a held vertex.
+    /// The share of its remaining way by which projection `i` moves a constrained vertex.
     pub(super) fn held_share(&self, i: usize) -> f32 {
         if self.ends.is_empty() { 0.0 } else { 1.0 / (self.isovalues.len() - i) as f32 }
     }
@@ -96,8 +96,8 @@ impl Advance<'_> {
 ///
 /// If they do not, which is a bug in the caller.
 pub(super) fn check_shape(connectivity: &Connectivity, n_vertices: usize) {
-    let Connectivity { ring_offsets, ring, held, .. } = connectivity;
+    let Connectivity { ring_offsets, ring, constrained, .. } = connectivity;
     assert_eq!(ring_offsets.len(), n_vertices + 1, "one ring per vertex");
-    assert_eq!(held.len(), n_vertices, "one byte per vertex");
+    assert_eq!(constrained.len(), n_vertices, "one byte per vertex");
     assert_eq!(ring_offsets.last().map(|&end| end as usize), Some(ring.len()), "rings fill `ring`");
 }

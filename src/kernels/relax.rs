@@ -28,7 +28,7 @@ pub fn force(
 ) -> (Vec3, f32) {
     let p = positions[v];
     let ring = one_ring(connectivity, v);
-    if connectivity.held[v] != 0 || ring.is_empty() {
+    if connectivity.constrained[v] != 0 || ring.is_empty() {
         return (Vec3::ZERO, 0.0);
     }
     let mut sum = Vec3::ZERO;

@@ -10,14 +10,14 @@ pub struct Connectivity {
     /// Neighbours of each vertex, counter-clockwise, so that `(ring[i], ring[i + 1])` and the vertex
     /// form a face.
     pub ring: Vec<u32>,
-    /// Per vertex: not 0 if it is held, that is neither projected nor relaxed.
-    pub held: Vec<u8>,
+    /// Per vertex: not 0 if it is constrained, that is neither projected nor relaxed.
+    pub constrained: Vec<u8>,
 }
 
 impl Connectivity {
     /// Appends another mesh, its vertices numbered after those of this one.
     pub(crate) fn append(&mut self, other: &Connectivity) {
-        let n = self.held.len() as u32;
+        let n = self.constrained.len() as u32;
         if self.ring_offsets.is_empty() {
             self.ring_offsets.push(0);
         }
@@ -25,6 +25,6 @@ impl Connectivity {
         self.faces.extend(other.faces.iter().map(|f| f.map(|v| v + n)));
         self.ring_offsets.extend(other.ring_offsets.iter().skip(1).map(|o| o + n_ring));
         self.ring.extend(other.ring.iter().map(|r| r + n));
-        self.held.extend(&other.held);
+        self.constrained.extend(&other.constrained);
     }
 }

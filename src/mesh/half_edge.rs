@@ -92,7 +92,7 @@ pub struct HalfEdgeMesh {
 /// A mesh, or a part of one, as arrays without empty slots, for kernels.
 #[derive(Clone, Debug, Default)]
 pub struct Compacted {
-    /// Faces, one-rings, and which vertices are held.
+    /// Faces, one-rings, and which vertices are constrained.
     pub connectivity: Connectivity,
     /// Positions in the order of `vertices`, voxel frame.
     pub positions: Vec<[f32; 3]>,
@@ -368,7 +368,7 @@ impl HalfEdgeMesh {
         self.compacted_of(self.vertices().collect(), self.faces().collect(), |_| true)
     }
 
-    /// The free vertices and their neighbours, with the faces between them; the neighbours are held and have empty one-rings.
+    /// The free vertices and their neighbours, with the faces between them; the neighbours are constrained and have empty one-rings.
     pub fn compacted_where(&self, is_free: impl Fn(Vertex) -> bool) -> Compacted {
         let faces: Vec<Face> =
             self.faces().filter(|&f| self.face_vertices(f).into_iter().any(&is_free)).collect();
@@ -395,7 +395,10 @@ impl HalfEdgeMesh {
                 .collect(),
             ring_offsets: Vec::with_capacity(vertices.len() + 1),
             ring: Vec::with_capacity(self.n_faces * 3),
-            held: vertices.iter().map(|&v| u8::from(self.is_pinned(v) || !has_ring(v))).collect(),
+            constrained: vertices
+                .iter()
+                .map(|&v| u8::from(self.is_pinned(v) || !has_ring(v)))
+                .collect(),
         };
         connectivity.ring_offsets.push(0);
         for &v in &vertices {

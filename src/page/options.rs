@@ -1,4 +1,4 @@
-//! The options of a page: its texts, what it opens with, how it looks.
+//! The options of a page: its texts, first state and appearance.
 
 use crate::color::{Color, ColorSources, Map, ScaleEnds, to_srgb};
 use crate::error::{Error, Result};
@@ -23,7 +23,7 @@ pub struct Page<'a> {
     pub isovalue: f64,
     /// Positions are rounded to whole multiples of this many voxels.
     pub step: f64,
-    /// Whether caps are hidden at first, so that one looks into the volume at its border.
+    /// Whether caps are hidden at first, so that the inside is visible at the border of the volume.
     pub open: bool,
     /// The first camera. Its distance is a multiple of the distance at which the surface fits the picture.
     pub camera: Camera,
@@ -37,7 +37,7 @@ pub struct Page<'a> {
     pub field: Option<&'a ColorSources>,
     /// Whether the box of the volume, the axes of the world and a scale bar are shown at first.
     pub axes: bool,
-    /// How the surface looks at first.
+    /// Initial appearance of the surface.
     pub look: Look,
     /// The components that are shown at first, sizes and places in the voxel frame.
     pub keep: Keep,
@@ -45,7 +45,7 @@ pub struct Page<'a> {
     pub samples: Option<&'a Histogram>,
     /// Statistics of the samples, by which typed isovalues such as `p99` are resolved.
     pub statistics: Option<&'a Statistics>,
-    /// Isovalues that are offered as buttons, with their names; in the range of the spectrum.
+    /// Isovalues that are shown as buttons, with their names; in the range of the spectrum.
     pub marks: &'a [(f64, String)],
     /// A picture for browsers that cannot draw the surface.
     pub still: Option<&'a Image>,
@@ -115,7 +115,7 @@ impl<'a> Page<'a> {
     }
 }
 
-/// How the surface of a page looks at first; the reader can change all of it.
+/// Initial appearance of the surface of a page; the reader can change all of it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Look {

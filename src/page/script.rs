@@ -31,7 +31,7 @@ const SCRIPTS: [&str; 35] = [
     include_str!("../../page/download.js"),
     include_str!("../../page/saves.js"),
     include_str!("../../page/isovalue.js"),
-    include_str!("../../page/hand.js"),
+    include_str!("../../page/input.js"),
     include_str!("../../page/look_panel.js"),
     include_str!("../../page/panel.js"),
     include_str!("../../page/embed.js"),

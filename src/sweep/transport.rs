@@ -150,7 +150,7 @@ impl Transport<'_> {
     }
 
     /// The end of a vertex that does not move freely: on its lattice edge if it is bound, else where an earlier attempt moved it.
-    fn held_end(&self, v: Vertex) -> Option<[f32; 3]> {
+    fn constrained_end(&self, v: Vertex) -> Option<[f32; 3]> {
         match self.tracked.key(v) {
             Some(e) => Some(place_on(self.exact, e, self.step.next).to_array()),
             None => self.retry.and_then(|a| a.before.end(v)),
@@ -172,10 +172,10 @@ impl Transport<'_> {
         let n = (motion / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0);
         let between = (1..n as usize).map(|i| at + (next - at) * i as f64 / f64::from(n));
         let isovalues: Vec<f64> = between.chain([next]).collect();
-        let held = |(&v, &p): (&Vertex, &[f32; 3])| {
-            if moves(v) { p } else { self.held_end(v).unwrap_or(p) }
+        let end = |(&v, &p): (&Vertex, &[f32; 3])| {
+            if moves(v) { p } else { self.constrained_end(v).unwrap_or(p) }
         };
-        let ends: Vec<[f32; 3]> = compacted.vertices.iter().zip(before).map(held).collect();
+        let ends: Vec<[f32; 3]> = compacted.vertices.iter().zip(before).map(end).collect();
         let Advanced { positions, normals, status } = kernels.advance(&Advance {
             isovalues: &isovalues,
             reach: MAX_MOTION,
@@ -292,7 +292,7 @@ impl Transport<'_> {
                 faces.push(mesh.face_vertices(f).map(|v| {
                     own(v).unwrap_or_else(|| {
                         *numbers.entry(v).or_insert_with(|| {
-                            let end = self.held_end(v);
+                            let end = self.constrained_end(v);
                             positions.push(end.unwrap_or(mesh.position(v).to_array()));
                             positions.len() as u32 - 1
                         })

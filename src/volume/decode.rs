@@ -258,7 +258,7 @@ mod tests {
         assert_eq!(capacity(100_000, 100_000, 0), (Some((100_000, 100_000)), 100_000));
         assert_eq!(capacity(5, 5, 0), (Some((5, 5)), 5));
         // The data end early: at most a chunk beyond them was requested.
-        let (none, asked) = capacity(100_000, 1 << 40, 10);
-        assert_eq!((none, asked <= 100_000 + Growth::CHUNK), (None, true));
+        let (none, largest) = capacity(100_000, 1 << 40, 10);
+        assert_eq!((none, largest <= 100_000 + Growth::CHUNK), (None, true));
     }
 }

@@ -117,7 +117,7 @@ struct OneChannel<'a, R> {
 }
 
 impl<R: Read> Read for OneChannel<'_, R> {
-    /// The caller asks for whole numbers only.
+    /// The length of `wanted` must be a multiple of the size of a number.
     fn read(&mut self, wanted: &mut [u8]) -> io::Result<usize> {
         let row = self.size * self.channel.of;
         let n = (wanted.len() / self.size).min((1 << 16) / row.max(1) + 1);

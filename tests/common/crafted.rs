@@ -41,7 +41,7 @@ pub(crate) struct Coded {
     /// Start of the range; bit 32 is a carry into the bytes that are not written yet.
     low: u64,
     range: u32,
-    /// The byte that a carry can change, and the number of 255s after it.
+    /// The byte that a carry can change, and the number of bytes 255 after it.
     last: u8,
     n_full: u64,
     n_numbers: usize,
@@ -118,7 +118,7 @@ impl Coded {
             self.n_numbers += 1;
             let context = (before.0, before.1.min(7));
             let n = length(x);
-            // Keys of models: the context where there is one, the length or 64 while the length itself is coded, and what is known.
+            // Keys of models: the context if there is one; the length, or 64 while the length is coded; the bits decoded so far.
             let mut learn = |coded: &mut Self, key: (Option<(u64, u64)>, u32, u64), bit: bool| {
                 coded.learn(models.entry(key).or_insert((1 << 15, 1 << 15)), bit);
             };
@@ -184,7 +184,7 @@ pub(crate) struct Crafted {
 }
 
 impl Crafted {
-    /// A spectrum without anything.
+    /// An empty spectrum.
     pub(crate) fn empty() -> Self {
         let volume = serde_json::json!({
             "name": "v", "dims": [4, 4, 4], "sample_type": "uint8", "range": [0.0, 1.0], "outside": "Low",
@@ -241,7 +241,7 @@ impl Crafted {
     }
 }
 
-/// `n` isovalues that follow one another as numbers do, from zero.
+/// The first `n` floating point numbers from zero as isovalues.
 pub(crate) fn isovalues(n: usize) -> Content {
     Content::default().count(n).column((0..n).map(|i| if i == 0 { 1 << 63 } else { 1 }))
 }
@@ -260,10 +260,10 @@ pub(crate) fn triangle_again_and_again(m: usize, k: usize) -> Crafted {
         .constant(0, 3)
         .intervals([].into_iter())
         .intervals(further.collect::<Vec<u64>>().into_iter());
-    // The first triangle has three new vertices, the others go back to these; each opens three gates, all skipped.
+    // The first triangle has three new vertices, the others reuse them; each opens three gates, all skipped.
     let starts = (0..3 * m).map(|i| if i < 3 { 0 } else { 3 - i as u64 % 3 });
     let births = (0..k).map(|rank| if rank == 0 { m as u64 } else { 0 });
-    // The first one gives its death by an interval, the others give that of the first.
+    // The first death is coded by an interval, the others repeat it.
     file.triangles = walk(births, 3 * (m - 1), starts)
         .column((0..m).map(|i| if i == 0 { 2 } else { 1 }))
         .intervals([last].into_iter());
@@ -299,7 +299,7 @@ fn plain(tag: &[u8; 4], content: &[u8]) -> Vec<u8> {
     section(tag, 0, content, content.len())
 }
 
-/// A section that is deflated nearly as far as a reader allows: a 63rd of it stands in blocks that are stored.
+/// A section deflated nearly to the limit of readers: a 63rd of it is in stored blocks.
 fn packed(tag: &[u8; 4], content: &[u8]) -> Vec<u8> {
     let (stored, deflated) = content.split_at(content.len().div_ceil(63));
     let mut stream = vec![0x78, 0x9c];

@@ -7,14 +7,14 @@ use isospectrum::volume::{Placement, Samples, Volume};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A mesh: what [`isospectrum::unstable::kernels::Kernels::load`] takes.
+/// A mesh: the arguments of [`isospectrum::unstable::kernels::Kernels::load`].
 pub(crate) struct Mesh {
     pub(crate) connectivity: Connectivity,
     pub(crate) positions: Vec<[f32; 3]>,
 }
 
 impl Mesh {
-    /// Rings from faces; none is held.
+    /// Rings from faces; none is constrained.
     pub(crate) fn new(faces: Vec<[u32; 3]>, positions: Vec<[f32; 3]>) -> Mesh {
         let mut next: Vec<BTreeMap<u32, u32>> = vec![BTreeMap::new(); positions.len()];
         for &[a, b, c] in &faces {
@@ -36,8 +36,8 @@ impl Mesh {
             }
             ring_offsets.push(ring.len() as u32);
         }
-        let held = vec![0; positions.len()];
-        Mesh { connectivity: Connectivity { faces, ring_offsets, ring, held }, positions }
+        let constrained = vec![0; positions.len()];
+        Mesh { connectivity: Connectivity { faces, ring_offsets, ring, constrained }, positions }
     }
 
     /// A sphere: an octahedron, each face divided into `n * n`, vertices pushed onto the radius.

@@ -1,4 +1,4 @@
-//! Volumes of phantoms, their spectra, and the one check that all tests share: the mesh at an isovalue is a closed manifold with
+//! Volumes of phantoms, their spectra, and a shared check: the mesh at an isovalue is a closed manifold with
 //! the topology of the isosurface.
 
 use std::collections::BTreeMap;
@@ -65,7 +65,7 @@ pub(crate) fn random_isovalues((low, high): (f64, f64), n: usize, seed: u64) -> 
 }
 
 /// Asserts that a mesh is a closed oriented manifold with the components and the Euler characteristic of the isosurface. These
-/// are counted on the grid, which shares the samples with the sweep and knows no mesh.
+/// are counted on the grid, without a mesh.
 #[track_caller]
 pub(crate) fn assert_topology(field: &ExactField, isovalue: f64, mesh: &Mesh, what: &str) {
     let found = mesh_topology(mesh.positions.len(), &mesh.triangles);

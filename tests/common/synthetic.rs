@@ -26,7 +26,7 @@ pub(crate) struct Growth {
     pub(crate) knot_distance: u32,
 }
 
-/// Numbers that look random and are the same everywhere.
+/// Pseudorandom numbers, equal on every machine.
 pub(crate) struct Numbers(pub(crate) u64);
 
 impl Numbers {
@@ -38,7 +38,7 @@ impl Numbers {
     }
 }
 
-/// The isovalue of a rank: uneven, and not all of them short decimals.
+/// The isovalue of a rank: unevenly spaced, and not all short decimals.
 pub(crate) fn isovalue(rank: u32) -> f64 {
     f64::from(rank) + if rank % 3 == 1 { 1.0 / 3.0 } else { 0.0 }
 }
@@ -82,8 +82,8 @@ pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
     let mut numbers = Numbers(3);
     let mut place = |sample: [i32; 3]| {
         [0, 1, 2].map(|a| {
-            let beside = off * numbers.below(1000) as f32 / 1000.0;
-            (f64::from(sample[a]) * size[a]) as f32 + beside
+            let offset = off * numbers.below(1000) as f32 / 1000.0;
+            (f64::from(sample[a]) * size[a]) as f32 + offset
         })
     };
     (patch.knots, patch.triangles, patch.collapses) = (vec![], vec![], vec![]);
@@ -96,7 +96,7 @@ pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
                 patch.knots.push(Knot { rank, position: place(sample) });
             }
         }
-        // Some end before their vertices do.
+        // Some triangles end before their vertices.
         let death = if k % 4 == 1 { 1 } else { 1 + k % 2 };
         for [x, y, z] in [[1, 3, 5], [3, 0, 5], [0, 2, 5], [2, 1, 5]] {
             let faces = [[x, y, z], [y, x, 4]];
@@ -251,9 +251,9 @@ impl Surface {
             first_knot.push(knots.len() as u32);
         }
         let kinds = [EventKind::Emerge, EventKind::Merge, EventKind::HandleOpen, EventKind::Vanish];
-        let told = r#"{"step":0.1,"backend":"cpu","repaired":0}"#;
+        let metadata = r#"{"step":0.1,"backend":"cpu","repaired":0}"#;
         let mut about = About::new(volume_info(), (isovalue(0), isovalue(last)), 0.1);
-        about.parameters = Metadata::from_json(told).expect("JSON");
+        about.parameters = Metadata::from_json(metadata).expect("JSON");
         about.events = (0..4)
             .map(|i| Event {
                 isovalue: f64::from(i) / 3.0,
@@ -274,7 +274,7 @@ impl Surface {
     }
 }
 
-/// A spectrum of a few hundred triangles in which everything happens.
+/// A spectrum of a few hundred triangles with splits, flips, births and deaths.
 pub(crate) fn small() -> Spectrum {
     growing_sphere(&Growth { subdivisions: 1, n_steps: 12, splits: 2, flips: 4, knot_distance: 4 })
 }

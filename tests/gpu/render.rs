@@ -1,4 +1,4 @@
-//! Pictures of synthetic spectra against what geometry says they must show.
+//! Pictures of synthetic spectra against analytic geometry.
 //!
 //! These tests need a Vulkan, Metal or DirectX 12 adapter and fail where there is none; a software
 //! adapter will do.
@@ -20,7 +20,7 @@ use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::volume::Placement;
 
 #[test]
-fn silhouette_of_a_growing_sphere_has_the_radius_of_its_isovalue() {
+fn the_silhouette_of_a_growing_sphere_has_the_radius_of_its_isovalue() {
     let spectrum = growing_sphere(5);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     let view = small("35,22");
@@ -94,7 +94,7 @@ fn points_appear_where_a_projection_by_hand_puts_them() {
 }
 
 #[test]
-fn knots_a_hair_apart_are_distinguished() {
+fn nearly_equal_knots_are_distinguished() {
     let hair = 1e-12;
     let isovalues = vec![0.0, 0.5, 0.5 + hair, 1.0];
     let mut spectrum = empty(Placement::default(), [21; 3], isovalues, (0.0, 0.9));
@@ -241,7 +241,7 @@ fn several_surfaces_have_their_own_color_and_opacity() {
     let both = draw(&[inner, outer]);
     let [r, g, b, _] = both.pixel(160, 120);
     assert!(r > b + 40 && g > b + 40, "one is seen through the other: {r} {g} {b}");
-    assert!(both == draw(&[outer, inner]), "in whatever order they are told");
+    assert!(both == draw(&[outer, inner]), "the order of surfaces does not matter");
     let [r, g, b, _] = draw(&[inner, Surface { opacity: Some(1.0), ..outer }]).pixel(160, 120);
     assert!(r > b + 40 && g < b + 40, "the outer one hides it: {r} {g} {b}");
     let [r, g, b, _] = draw(&[Surface { opacity: Some(0.0), ..outer }]).pixel(160, 120);
@@ -299,7 +299,7 @@ fn two_runs_and_the_large_spectrum_path_give_equal_bytes() {
 
         let budget = 16 << 10;
         let mut large = Renderer::with_budget(gpu(), &spectrum, budget).expect("a renderer");
-        // Other pictures in between leave nothing behind.
+        // Other pictures in between have no effect.
         for isovalue in [0.4, 0.9, 0.4, 0.4] {
             let image = large.draw(isovalue, &view).expect("a picture");
             assert_eq!(image == first, isovalue == 0.4, "isovalue {isovalue}");
@@ -315,7 +315,7 @@ fn an_empty_isosurface_is_a_picture_of_the_background() {
 }
 
 #[test]
-fn isovalues_and_views_that_make_no_sense_are_errors() {
+fn invalid_isovalues_and_views_are_errors() {
     let spectrum = growing_sphere(0);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     let view = small("0,0");
@@ -367,7 +367,7 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
                 .expect("a sphere");
             view.fit(spectrum.volume(), bounds);
             let (area, middle) = coverage(&renderer.draw(isovalue, &view).expect("a picture"));
-            // The box around a ball is wider than the ball from aslant, by up to the square root of three.
+            // Seen obliquely, the box around a ball is wider than the ball by up to the square root of three.
             let share = 2.0 * (area / PI).sqrt() / f64::from(view.height);
             assert!((0.5..=0.95).contains(&share), "{camera} at {isovalue}: {share} of the height");
             for (found, size) in middle.into_iter().zip([view.width, view.height]) {
@@ -400,8 +400,8 @@ fn a_tiny_surface_is_shown_with_its_surroundings() {
 
 #[test]
 fn a_clip_plane_caps_the_inside_of_a_surface() {
-    // Seen along x, from the side that is left out: a ball of 8 voxels around (10, 10, 10), cut in its middle, and one of
-    // 3 voxels that is a hole in it.
+    // Seen along x, from the side that is cut off: a ball of 8 voxels around (10, 10, 10), cut in its middle, with a cavity of
+    // 3 voxels.
     let mut spectrum = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
     add(&mut spectrum, &sphere(4), &[(0, 8.0, MIDDLE), (1, 8.0, MIDDLE)]);
     let (positions, mut faces) = sphere(4);
@@ -419,7 +419,7 @@ fn a_cut_ball_is_covered(spectrum: &Spectrum, view: &View) {
         let ([x, y], _) = project(spectrum.volume(), view, [10.0, y, z]);
         image.pixel(x as u32, y as u32)
     };
-    // Flat: the same colour wherever the plane is inside, which no curved side has.
+    // The cap is flat, so it has one colour, unlike a curved side.
     let cap = pixel(15.5, 10.0);
     for (y, z) in [(4.5, 10.0), (10.0, 15.5), (10.0, 4.5), (14.0, 14.0)] {
         let other = pixel(y, z);
@@ -427,10 +427,10 @@ fn a_cut_ball_is_covered(spectrum: &Spectrum, view: &View) {
         let off = (0..3).map(|i| cap[i].abs_diff(other[i])).max();
         assert!(off < Some(12), "({y}, {z}): {other:?}, not {cap:?}");
     }
-    assert!(pixel(10.0, 10.0)[0].abs_diff(cap[0]) > 20, "one looks into the hole");
-    let beside = pixel(10.0, 19.0);
-    assert_eq!(beside, image.pixel(2, 2), "nothing beside the ball");
-    // Without caps one looks into it.
+    assert!(pixel(10.0, 10.0)[0].abs_diff(cap[0]) > 20, "the cavity is visible");
+    let outside = pixel(10.0, 19.0);
+    assert_eq!(outside, image.pixel(2, 2), "background outside the ball");
+    // Without caps the inside is visible.
     let open = draw(spectrum, 0.5, &view.clone().with_open(true));
     let ([x, y], _) = project(spectrum.volume(), view, [10.0, 15.5, 10.0]);
     assert!(open.pixel(x as u32, y as u32)[2].abs_diff(cap[2]) > 10);

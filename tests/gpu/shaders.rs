@@ -40,7 +40,7 @@ fn layout(module: &Module, name: &str) -> Layout {
         .unwrap_or_else(|| panic!("no struct {name}"))
 }
 
-/// Compares a struct of the host with that of a shader; a field left out does not compile.
+/// Compares a struct of the host with that of a shader; if a field is missing, this does not compile.
 macro_rules! assert_layout {
     ($module:expr, $ty:ident { $($field:ident),+ $(,)? }) => {{
         let $ty { $($field: _),+ } = $ty::zeroed();
@@ -79,7 +79,7 @@ fn every_shader_validates_without_optional_capabilities() {
 }
 
 #[test]
-fn the_entry_point_bears_the_name_of_the_kernel_and_the_workgroup_size_of_the_host() {
+fn entry_points_have_the_name_of_the_kernel_and_the_workgroup_size_of_the_host() {
     for shader in ALL {
         let module = parse(shader);
         assert_eq!(module.entry_points.len(), 1, "{}", shader.name);
@@ -89,7 +89,7 @@ fn the_entry_point_bears_the_name_of_the_kernel_and_the_workgroup_size_of_the_ho
 }
 
 #[test]
-fn bindings_are_used_and_numbered_without_holes_and_few() {
+fn bindings_are_used_consecutive_and_few() {
     for shader in ALL {
         let module = parse(shader);
         let info = Validator::new(ValidationFlags::all(), Capabilities::empty())

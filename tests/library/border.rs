@@ -14,7 +14,7 @@ const DENTS: [[f64; 3]; 4] =
 
 const N: usize = 18;
 
-/// A field that rises from the border inwards, but from each dent at first the slowest.
+/// A field that rises from the border inwards, most slowly at the dents.
 fn dented(outside: Outside) -> Arc<Volume> {
     let sample = |i: usize| {
         let p = [i % N, i / N % N, i / N / N].map(|x| x as f64);
@@ -40,15 +40,15 @@ fn verified(volume: &Arc<Volume>, range: (f64, f64), start: f64) -> (Report, f64
     let spectrum = swept_with(volume, &parameters);
     let sampling = Sampling { n_random: 16, n_events: 2, seed: 3 };
     let report = verify(&spectrum, volume, sampling, Limits::default(), &Silent);
-    let share = spectrum.parameters().number("/tracked_area_share").expect("told");
+    let share = spectrum.parameters().number("/tracked_area_share").expect("in the metadata");
     (report.expect("verifiable"), share)
 }
 
-/// Nothing of the isosurface is farther from the mesh than this, voxels.
+/// Maximum distance of the isosurface from the mesh, voxels.
 const MAX_DISTANCE: f64 = 0.5;
 
 #[test]
-fn the_mesh_goes_into_dents_that_open_in_caps() {
+fn the_mesh_follows_dents_that_open_in_caps() {
     let low = (Outside::Low, (0.0, 0.4), 0.02);
     let high = (Outside::High, (0.6, 1.0), 0.98);
     for (outside, range, start) in [low, high] {
@@ -56,7 +56,7 @@ fn the_mesh_goes_into_dents_that_open_in_caps() {
         assert_eq!(report.totals.topology_right, report.totals.isovalues);
         let missing = report.totals.surface_deviation.max.expect("an isosurface");
         assert!(missing < MAX_DISTANCE, "{missing} voxels from the mesh");
-        // It is tracked through them, not left to the exact extraction.
+        // The dents are tracked, not extracted.
         assert!(share > 0.5, "{share} of the area is tracked");
     }
 }

@@ -21,7 +21,7 @@ use isospectrum::volume::{
 use isospectrum::{Cleaned, Noise, Prepared};
 use isospectrum::{Parameters, Silent};
 
-/// A volume in bricks: its plan and what is swept of each.
+/// A volume in bricks: its plan and the sweep of each brick.
 struct Bricks {
     volume: Arc<Volume>,
     opened: OpenVolume,
@@ -34,7 +34,7 @@ impl Bricks {
     fn of(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Bricks {
         let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
         let volume = prepared.volume().clone();
-        // Nothing is read anew here.
+        // The samples are in memory already.
         let source = VolumeSource::Phantom { name: "-".to_owned(), outside: volume.outside() };
         let parameters = Parameters::default().with_range(range);
         let survey = Survey::of(prepared);
@@ -170,7 +170,7 @@ fn seam(block: &Block) -> Seam {
 
 #[test]
 fn both_sides_of_a_shared_plane_have_the_same_vertices_and_trajectories() {
-    // Two bricks: all that is shared is shared by both.
+    // Two bricks: everything on the shared plane belongs to both.
     for name in ["noise:17:11", "gyroid:17"] {
         let volume = in_grey_levels(&cropped(name, [17, 9, 9]), 200.0);
         let bricks = Bricks::of(volume, 8, None);
@@ -234,7 +234,7 @@ fn parts_of_another_volume_or_plan_are_refused() {
     assert!(refused.to_string().contains("part 0 of plan"), "{refused}");
     let other = a.plan.block(&b.opened, 0).expect_err("of other samples");
     assert!(other.to_string().contains("expected the same samples"), "{other}");
-    // Were it not for the hash: the sides do not fit.
+    // With equal hashes, the sides of the parts would not match.
     let forged = Bricks { blocks: vec![a.blocks[0].clone(), b.blocks[1].clone()], ..a };
     let folder = Folder::new();
     let parts = forged.parts(folder.path());

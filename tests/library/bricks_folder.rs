@@ -44,20 +44,20 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
     Both { folder, file: Arc::new(file), split }
 }
 
-/// The triangles of a mesh by the bits of their corners, each from where its corners are the lowest, in order.
+/// The triangles of a mesh as the bits of their corners, each rotated to start at its lowest corner, sorted.
 fn triangles(mesh: &Mesh) -> Vec<([[u32; 3]; 3], bool)> {
     let one = |(corners, &cap): (&[u32; 3], &bool)| {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize].map(f32::to_bits));
         // At the value of a sample corners may coincide: then the lowest corner alone is ambiguous.
-        let turned = [[a, b, c], [b, c, a], [c, a, b]];
-        (turned.into_iter().min().unwrap_or([a, b, c]), cap)
+        let rotations = [[a, b, c], [b, c, a], [c, a, b]];
+        (rotations.into_iter().min().unwrap_or([a, b, c]), cap)
     };
     let mut all: Vec<_> = mesh.triangles.iter().zip(&mesh.caps).map(one).collect();
     all.sort_unstable();
     all
 }
 
-/// Checks that two meshes have the same triangles, and shows no more than one that differs.
+/// Checks that two meshes have the same triangles; the message names at most one difference.
 fn assert_same(mesh: &Mesh, expected: &Mesh, what: &str) {
     let (mesh, expected) = (triangles(mesh), triangles(expected));
     assert_eq!(mesh.len(), expected.len(), "{what}");
@@ -104,7 +104,7 @@ fn meshes_of_the_folder_are_those_of_the_file() {
                 assert_eq!(mesh.positions.len(), expected.positions.len(), "{name} at {c}");
                 assert_same(&mesh, &expected, &format!("{name} at {c}"));
             }
-            // Nothing that does not live there is kept.
+            // Parts that do not live there are dropped.
             assert_eq!(one.triangles().len(), expected.triangles.len(), "{name} at {c}");
             n += expected.triangles.len();
             most = most.max(expected.triangles.len());
@@ -143,7 +143,7 @@ mod long {
         let mut random = Random(5);
         let (mut dropped, mut before) = (0, 0);
         for i in 0..60 {
-            // Small moves, and far ones.
+            // Small steps and jumps.
             let t = if i % 3 == 0 { random.unit() } else { i as f64 / 60.0 };
             let c = low + t * (high - low);
             let expected = query.mesh_at(c).expect("inside");
@@ -215,10 +215,10 @@ fn only_parts_that_live_at_an_isovalue_are_read() {
     folder.run(&["extract", "s.ispt", "-c", &text, "-o", "m.ply"]);
     let components = ["components", "s.ispt", "-c", &text];
     let here = [&components[..], &["--no-lineage"]].concat();
-    let told = json(&folder.run(&[&here[..], &["--json"]].concat()));
+    let report = json(&folder.run(&[&here[..], &["--json"]].concat()));
     let n = Components::of(&expected).list.len();
-    assert_eq!(told["n_components"], n);
-    let rows = told["components"].as_array().expect("rows");
+    assert_eq!(report["n_components"], n);
+    let rows = report["components"].as_array().expect("rows");
     assert!(n > 0 && rows.iter().all(|row| row.get("birth").is_none() && row["area"].is_f64()));
     let table = String::from_utf8_lossy(&folder.run(&here).stdout).into_owned();
     assert!(table.contains("Euler  triangles  box\n"), "{table}");
@@ -229,7 +229,7 @@ fn only_parts_that_live_at_an_isovalue_are_read() {
     assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
 }
 
-/// A plan, its parts, and what the program merges of them: a file and a folder. Computed once for all tests.
+/// A plan, its parts, and the file and the folder that the program merges them to. Computed once for all tests.
 fn computed() -> Folder {
     static COMPUTED: OnceLock<Folder> = OnceLock::new();
     let computed = COMPUTED.get_or_init(|| {
@@ -270,7 +270,7 @@ fn the_program_takes_a_folder_wherever_it_takes_a_file() {
     folder.run(&["html", "s.ispt", "--range", "40%:60%", "-o", "s.html", "-q"]);
     folder.run(&["convert", "s.ispt", "again.isp"]);
     folder.run(&["verify", "again.isp", "--phantom", "noise:9:4", "--n", "4"]);
-    // One takes the place of another.
+    // A second file replaces the first.
     folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
     let names = folder.names();
     assert!(!names.iter().any(|name| name.starts_with('.')), "{names:?}");

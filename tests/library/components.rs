@@ -1,7 +1,6 @@
 //! The components of an isosurface, the isovalues where they begin and end, and how the program lists and selects them.
 //!
-//! The ends of components are compared with the contour tree of the volume, which shares the samples with the spectrum
-//! and knows no mesh.
+//! The ends of components are compared with the contour tree of the volume, which is computed without a mesh.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -26,8 +25,7 @@ fn noise(seed: u64, n_values: u64) -> Arc<Volume> {
     Arc::new(volume.expect("a volume"))
 }
 
-/// The arc of the contour tree that each component of a mesh lies on: that of the crossed edge of the lattice which
-/// its triangles are nearest to.
+/// For each component of a mesh its arc of the contour tree: the arc of the crossed lattice edge nearest to its triangles.
 fn arcs_of(
     volume: &Volume,
     topology: &Topology,
@@ -144,7 +142,7 @@ fn ends_in_the_tree(
     ends
 }
 
-/// Compares where components begin and end with the contour tree; how many ends were compared.
+/// Compares the ends of components with the contour tree. Returns the number of ends compared.
 fn compare(volume: &Arc<Volume>, is_generic: bool, shares: &[f64]) -> usize {
     let spectrum = swept(volume);
     let field = ExactField::new(volume).expect("a field");
@@ -157,30 +155,34 @@ fn compare(volume: &Arc<Volume>, is_generic: bool, shares: &[f64]) -> usize {
         let components = Components::of(&mesh);
         assert_eq!(components.list.len() as u32, topology.n_components_at(isovalue));
         let arcs = arcs_of(volume, &topology, isovalue, &mesh, &components);
-        assert_eq!(BTreeSet::from_iter(&arcs).len(), arcs.len(), "each lies on an arc of its own");
+        assert_eq!(
+            BTreeSet::from_iter(&arcs).len(),
+            arcs.len(),
+            "each component has an arc of its own"
+        );
         let found = lineages(&spectrum, isovalue, &components).expect("inside");
         for upward in [false, true] {
             let expected = ends_in_the_tree(&topology, isovalue, &arcs, upward);
             for (i, (lineage, expected)) in found.iter().zip(expected).enumerate() {
                 let found = if upward { lineage.death } else { lineage.birth };
-                // An end at the end of the range need not be found.
+                // Ends at the ends of the range need not be found.
                 let is_inside = |end: &End| low < end.isovalue && end.isovalue < high;
                 let expected = expected.filter(is_inside);
-                // One that is just inside may be found at the end itself.
+                // An end just inside the range may be found at the end of the range.
                 let found = found.filter(|end| expected.is_some() || is_inside(end));
-                let told = format!(
+                let message = format!(
                     "{} {i} at {isovalue}: {found:?}, expected {expected:?}",
                     volume.name()
                 );
-                assert_eq!(found.is_some(), expected.is_some(), "{told}");
+                assert_eq!(found.is_some(), expected.is_some(), "{message}");
                 if let (Some(found), Some(expected)) = (found, expected) {
                     // Isovalues of saddles are rounded once on each side.
                     assert!(
                         (found.isovalue - expected.isovalue).abs() <= 1e-9 * (high - low),
-                        "{told}"
+                        "{message}"
                     );
                     // The order of events that share an isovalue is not defined.
-                    assert!(!is_generic || found.joins == expected.joins, "{told}");
+                    assert!(!is_generic || found.joins == expected.joins, "{message}");
                     n_compared += 1;
                 }
             }
@@ -217,18 +219,18 @@ fn components_are_measured_and_selected_in_world_units() {
     folder.write("balls_40x12x12_float32.raw", &bytes);
     let spacing = ["--spacing", "0.5,1,1", "--origin", "100,0,0", "--backend", "cpu"];
     folder.run(&[&["compute", "balls_40x12x12_float32.raw", "-o", "s.isp"][..], &spacing].concat());
-    let report = |flags: &[&str]| -> serde_json::Value {
-        let told = folder.run(&[&["components", "s.isp", "-c", "0", "--json"], flags].concat());
-        serde_json::from_slice(&told.stdout).expect("JSON")
+    let report_with = |flags: &[&str]| -> serde_json::Value {
+        let output = folder.run(&[&["components", "s.isp", "-c", "0", "--json"], flags].concat());
+        serde_json::from_slice(&output.stdout).expect("JSON")
     };
-    let told = report(&[]);
-    assert_eq!(told["n_components"], 2);
+    let report = report_with(&[]);
+    assert_eq!(report["n_components"], 2);
     for (i, (radius, x)) in [(4.0f64, 106.0), (2.0, 116.0)].into_iter().enumerate() {
-        let row = &told["components"][i];
+        let row = &report["components"][i];
         let number = |name: &str| row[name].as_f64().expect("a number");
         let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-        // A ball between samples 1 apart is smaller than the one they are taken from, by up to 1/8 of the radius' inverse
-        // for each of three axes: 3/8 of its area over its radius.
+        // Trilinear interpolation between samples at distance 1 makes the ball's radius smaller by up to 1 / (8 r) for each of
+        // three axes, and its volume by 3/8 of its area over its radius.
         let lack = 3.0 / 8.0 * 4.0 * std::f64::consts::PI * radius;
         assert!(
             number("volume") > volume - lack && number("volume") < volume + 0.1 * lack,
@@ -237,19 +239,19 @@ fn components_are_measured_and_selected_in_world_units() {
         assert_eq!((row["euler"].as_i64(), row["is_cavity"].as_bool()), (Some(2), Some(false)));
         let ends = [0, 1].map(|end| row["bounds"][end][0].as_f64().expect("a number"));
         assert!((0.5 * (ends[0] + ends[1]) - x).abs() < 0.1, "{row}");
-        // The centre of a ball lies between samples: at most that far, 0.75 of a diagonal of 0.25, 0.5, 0.5.
+        // The centre of a ball is within half the diagonal of a cell of a sample: 0.75, of (0.25, 0.5, 0.5).
         let death = number("death");
         assert!(death > radius - 0.75 && death < radius, "{row}");
     }
-    let (large, small) = (&told["components"][0], &told["components"][1]);
-    // Beyond the border of the volume the balls are cut; before, they meet in the middle between them.
+    let (large, small) = (&report["components"][0], &report["components"][1]);
+    // They merge half-way between them, before the border of the volume cuts them.
     assert_eq!(small["splits_from"], 1, "{small}");
     assert!((small["birth"].as_f64().expect("a number") + 2.0).abs() < 0.3, "{small}");
     assert!(large["splits_from"].is_null() && large["merges_into"].is_null());
 
     let numbers = |flags: &[&str]| -> Vec<u64> {
-        let told = report(flags);
-        let rows = told["components"].as_array().expect("rows").iter();
+        let report = report_with(flags);
+        let rows = report["components"].as_array().expect("rows").iter();
         rows.map(|row| row["number"].as_u64().expect("a number")).collect()
     };
     assert_eq!(numbers(&["--keep", "largest"]), [1]);
@@ -269,9 +271,9 @@ fn components_are_measured_and_selected_in_world_units() {
     let mesh = read_ply(folder.path().join("small.ply")).expect("a mesh");
     assert_eq!(Some(mesh.triangles.len() as u64), small["n_triangles"].as_u64());
     let least = mesh.positions.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min);
-    let told = small["bounds"][0][0].as_f64().expect("a number");
+    let low = small["bounds"][0][0].as_f64().expect("a number");
     // The mesh is written with 32-bit floats, whose steps are 7.6e-6 there.
-    assert!((least - told).abs() < 7.7e-6, "{least} and {told}");
+    assert!((least - low).abs() < 7.7e-6, "{least} and {low}");
     let printed =
         folder.run(&["extract", "s.isp", "-c", "0", "--min-volume", "1e9", "-o", "none.ply"]);
     assert!(program::stderr(&printed).contains("no component is kept"));
@@ -291,14 +293,14 @@ fn the_table_shows_the_unit_if_the_volume_has_one() {
     folder.write("v_6x6x6_uint8.raw", &bytes[head.len()..]);
     for (volume, unit) in [("v.nrrd", Some("mm")), ("v_6x6x6_uint8.raw", None)] {
         folder.run(&["compute", volume, "-o", "s.isp", "--backend", "cpu"]);
-        let told = folder.run(&["components", "s.isp", "-c", "100"]).stdout;
-        let told = String::from_utf8(told).expect("text");
-        let head = told.lines().nth(1).expect("a head");
+        let output = folder.run(&["components", "s.isp", "-c", "100"]).stdout;
+        let table = String::from_utf8(output).expect("text");
+        let head = table.lines().nth(1).expect("a head");
         let has = ["volume, mm^3", "area, mm^2", "box, mm"].map(|name| head.contains(name));
-        assert_eq!(has, [unit.is_some(); 3], "{told}");
-        let told = folder.run(&["components", "s.isp", "-c", "100", "--json"]).stdout;
-        let told: serde_json::Value = serde_json::from_slice(&told).expect("JSON");
-        assert_eq!(told["unit"].as_str(), unit);
+        assert_eq!(has, [unit.is_some(); 3], "{table}");
+        let output = folder.run(&["components", "s.isp", "-c", "100", "--json"]).stdout;
+        let report: serde_json::Value = serde_json::from_slice(&output).expect("JSON");
+        assert_eq!(report["unit"].as_str(), unit);
     }
 }
 

@@ -168,7 +168,7 @@ fn empty_meshes_are_valid_files() {
     let glb = plain(&empty, Format::Glb);
     let (json, binary) = glb_chunks(&glb);
     assert!(binary.is_none());
-    // glTF allows no empty arrays: what would be empty must be absent.
+    // glTF allows no empty arrays; they must be absent.
     assert_eq!(json.as_object().expect("an object").len(), 3);
     assert_eq!(json["scenes"], serde_json::json!([{}]));
 }
@@ -209,7 +209,7 @@ fn a_left_handed_volume_turns_its_triangles_around() {
     let placed = place_in_world(mesh(), &placement);
     assert_eq!(placed.triangles[0], [0, 1, 2]);
     assert_eq!(placed.normals[3], [0.0, 0.0, -1.0]);
-    // The face that looked down now looks up, by its corners as well as in the mirror.
+    // The face that pointed down now points up, by its corners and by its reflected normal.
     let stl = bytes(&mesh(), &placement, Border::Closed, Format::Stl);
     assert_eq!(f32s(&stl[84..96]), [0.0, 0.0, 1.0]);
 }
@@ -264,7 +264,7 @@ fn far_from_the_origin_every_format_but_stl_keeps_the_shape() {
 #[test]
 fn normals_of_a_sheared_world_are_those_of_its_triangles() {
     let placement = Placement { origin: [0.0; 3], ..far_and_sheared() };
-    // The face through the first three vertices looks down; with its normal in the voxel frame.
+    // The face through the first three vertices points down, as does its normal in the voxel frame.
     let mut flat = mesh();
     flat.triangles = vec![[0, 1, 3]];
     flat.normals = vec![[0.0, -1.0, 0.0]; 5];
@@ -277,7 +277,7 @@ fn normals_of_a_sheared_world_are_those_of_its_triangles() {
 }
 
 #[test]
-fn near_the_origin_files_stay_as_small_as_they_were() {
+fn near_the_origin_positions_are_32_bit_floats() {
     let placement = Placement { origin: [-120.0, 80.0, 40.0], ..far_and_sheared() };
     let placement = Placement { spacing: [1.0; 3], ..placement };
     let ply = bytes(&mesh(), &placement, Border::Closed, Format::Ply);
@@ -347,8 +347,8 @@ fn ply_of_other_programs_is_read() {
     }
 }
 
-/// Triangles of an STL file: how many there are, how many have no area, and how many sides, once equal
-/// corners are one, do not have exactly one triangle in each direction.
+/// The number of triangles of an STL file, of those without area, and of edges (after welding equal corners) that do not have
+/// exactly one triangle in each direction.
 fn welded(file: &[u8]) -> [usize; 3] {
     let mut sides: BTreeMap<[[u32; 3]; 2], [u32; 2]> = BTreeMap::new();
     let mut n_flat = 0;
@@ -387,5 +387,5 @@ fn an_stl_of_a_mesh_that_meets_samples_is_closed_when_corners_are_welded() {
         assert!(n > 0 && n <= mesh.triangles.len());
         n_merged += mesh.triangles.len() - n;
     }
-    assert!(n_merged > 0, "there was something to do");
+    assert!(n_merged > 0, "some vertices are merged");
 }

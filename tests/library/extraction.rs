@@ -134,7 +134,7 @@ fn check_places(field: &ExactField, isovalue: f64, mesh: &Extraction) {
             let p = mesh.positions[v as usize];
             (0..3).any(|a| p[a] < 0.0 || p[a] > last[a])
         };
-        assert_eq!(cap, face.iter().any(|&v| outside(v)), "a cap lies outside of the volume");
+        assert_eq!(cap, face.iter().any(|&v| outside(v)), "a cap is outside of the volume");
         let is_flat = |a: usize, at: f32| face.iter().all(|&v| mesh.positions[v as usize][a] == at);
         let in_one_plane = (0..3).any(|a| is_flat(a, 0.0) || is_flat(a, last[a]));
         assert!(!in_one_plane, "a face within a border plane");
@@ -188,10 +188,10 @@ fn side(field: &ExactField, isovalue_key: i128, is_inside: bool) -> (i64, i64) {
         let mut n = [0i64; 3];
         for a in 0..3 {
             for step in [-1, 1] {
-                let mut beside = position;
-                beside[a] += step;
-                if beside[a] >= -1 && beside[a] + 1 < field.dims()[a] as i64 {
-                    let w = field.vertex(beside);
+                let mut neighbour = position;
+                neighbour[a] += step;
+                if neighbour[a] >= -1 && neighbour[a] + 1 < field.dims()[a] as i64 {
+                    let w = field.vertex(neighbour);
                     n[a] += i64::from(precedes(w, v));
                     if contains(w) {
                         join(&mut parents, v, w);
@@ -339,22 +339,22 @@ fn permuting_axes_keeps_the_surface() {
         let volume = random_volume(&mut random, n % 4);
         let [nx, ny, nz] = volume.dims();
         let at = |i: usize| volume.samples().get(i) as i32;
-        let turned = (0..nx * ny * nz).map(|i| {
+        let permuted = (0..nx * ny * nz).map(|i| {
             // The new axes x, y, z are the old y, z, x.
             let (y, z, x) = (i % ny, i / ny % nz, i / (ny * nz));
             at(x + nx * (y + ny * z))
         });
-        let turned = Volume::new(
-            "turned",
+        let permuted = Volume::new(
+            "permuted",
             [ny, nz, nx],
-            Samples::I32(turned.collect()),
+            Samples::I32(permuted.collect()),
             Placement::default(),
         )
         .expect("a valid volume")
         .with_outside(volume.outside());
         let (low, high) = volume.range();
         let isovalue = (low + (high - low) * random.below(99) as f64 / 100.0).floor() + 0.31415926;
-        assert_eq!(counted_euler(&volume, isovalue), counted_euler(&turned, isovalue));
+        assert_eq!(counted_euler(&volume, isovalue), counted_euler(&permuted, isovalue));
     }
 }
 
@@ -379,7 +379,7 @@ fn refining_the_grid_keeps_the_surface() {
 }
 
 #[test]
-fn custodios_cells_hold_tunnels() {
+fn cells_of_custodio_et_al_have_their_tunnels() {
     // Custodio, Etiene, Pesco and Silva, "Practical considerations on Marching Cubes 33
     // topological correctness", Computers and Graphics 37 (2013): cells that MC33 misjudges.
     let cells: [[f64; 8]; 2] = [
@@ -439,8 +439,8 @@ fn every_component_has_its_first_crossing() {
     }
 }
 
-/// In tunnels of the cells of white noise, the two loops of a cell are of many shapes; with the shortest strip between
-/// them whatever it passes through, and a twisted one where all the shortest have an edge twice, this finds 20 triangles.
+/// In white noise, the two loops of a tunnel have many shapes. Regression: with always the shortest strip between the loops, and
+/// a twisted strip where all shortest ones have a double edge, this found 20 intersecting triangles.
 #[test]
 fn few_triangles_pass_through_each_other() {
     let mut random = Random(77);

@@ -1,5 +1,5 @@
-//! Floating point volumes with few different values: the topology says at every isovalue what is counted on the grid,
-//! and sweeps come to their end with meshes of that topology.
+//! Floating point volumes with few different values: the topology agrees with the count on the grid at every isovalue,
+//! and sweeps finish with meshes of that topology.
 
 mod volumes;
 
@@ -17,7 +17,7 @@ use isospectrum::volume::Volume;
 const N_COUNTED: u64 = 300;
 const N_SWEPT: u64 = 10;
 
-/// Random isovalues in each of them, and samples and events looked at.
+/// In each of them, the number of random isovalues and of samples and events that are checked.
 const N_ISOVALUES: usize = 6;
 
 /// Isovalues anywhere in the range, at samples, at events and just below them.

@@ -1,5 +1,4 @@
-//! Untrusted files: an error or a valid spectrum, never a panic, and no memory that
-//! the length of the file has not earned.
+//! Untrusted files: an error or a valid spectrum, never a panic, and memory in proportion to the length of the file.
 
 use std::io::{Read as _, Write as _};
 
@@ -10,7 +9,7 @@ use isospectrum::export::parse_ply;
 use isospectrum::file::{from_bytes, thesis, to_bytes};
 use isospectrum::spectrum::Spectrum;
 
-/// Length of what precedes the content of a section, and of what precedes the first section.
+/// Lengths of the head of a section and of the head of the file, bytes.
 const SECTION_HEAD: usize = 28;
 const FILE_HEAD: usize = 16;
 
@@ -46,7 +45,7 @@ fn section(tag: &[u8], method: u32, stored: &[u8], length: u64) -> Vec<u8> {
     section
 }
 
-/// A section without its packing: its tag and content; of coded columns what is stored, and how many numbers that is.
+/// An unpacked section: its tag and content; for coded columns, the stored bytes and the number of numbers.
 type Unpacked = (Vec<u8>, Vec<u8>, Option<u64>);
 
 /// All sections.
@@ -66,7 +65,7 @@ fn unpacked(file: &[u8]) -> Vec<Unpacked> {
     starts.iter().map(unpack).collect()
 }
 
-/// A file of these sections, none of them deflated, with checksums that fit.
+/// A file of these sections, not deflated, with correct checksums.
 fn assembled(file: &[u8], sections: &[Unpacked]) -> Vec<u8> {
     let mut assembled = file[..FILE_HEAD].to_vec();
     for (tag, content, n_numbers) in sections {
@@ -145,7 +144,7 @@ fn many_flipped_bytes_under_checksums_that_fit_are_refused_or_still_valid() {
     for _ in 0..3000 {
         let mut sections = original.clone();
         for _ in 0..1 + numbers.below(6) {
-            // The description is JSON and rarely survives; the others are where numbers meet.
+            // The description is JSON, which rarely survives a changed byte; the other sections hold numbers that refer to each other.
             let content = &mut sections[1 + numbers.below(6) as usize].1;
             let at = numbers.below(content.len() as u32) as usize;
             content[at] = numbers.below(256) as u8;
@@ -155,7 +154,7 @@ fn many_flipped_bytes_under_checksums_that_fit_are_refused_or_still_valid() {
 }
 
 #[test]
-fn a_key_of_the_description_is_no_way_to_a_second_line() {
+fn control_characters_in_a_key_of_the_description_are_escaped() {
     let file = tiny();
     let mut sections = unpacked(&file);
     let key = format!("{{\"a\\n\\u001b[31m{}\":1,", "b".repeat(100_000));
@@ -177,7 +176,7 @@ fn a_missing_or_moved_section_is_named() {
 }
 
 #[test]
-fn counts_beyond_the_file_reserve_nothing() {
+fn counts_beyond_the_file_allocate_nothing() {
     let file = tiny();
     let original = unpacked(&file);
     // Each of these counts is the first number of its section.
@@ -224,7 +223,7 @@ fn coded_columns_are_as_long_as_declared_and_fully_used() {
 }
 
 #[test]
-fn lengths_beyond_the_file_reserve_nothing() {
+fn lengths_beyond_the_file_allocate_nothing() {
     for field in [8, 16] {
         for length in [u64::MAX, 1 << 60, 1 << 33] {
             let mut file = tiny();
@@ -232,7 +231,7 @@ fn lengths_beyond_the_file_reserve_nothing() {
                 let before = file.clone();
                 file[at + field..at + field + 8].copy_from_slice(&length.to_le_bytes());
                 if field == 16 {
-                    // A checksum that fits brings the length to the unpacking.
+                    // With a correct checksum, the length is used for unpacking.
                     let end = at + SECTION_HEAD + u64_at(&file, at + 8) as usize;
                     let whole = [&file[at..at + 24], &file[at + SECTION_HEAD..end]].concat();
                     file[at + 24..at + 28].copy_from_slice(&crc32fast::hash(&whole).to_le_bytes());
@@ -259,7 +258,7 @@ fn a_deflate_bomb_is_refused() {
 }
 
 #[test]
-fn text_and_nothing_are_no_spectrum() {
+fn text_and_empty_files_are_refused() {
     for bytes in [&b""[..], b"ply\n", b"\x89PNG\r\n\x1a\n0000000000", &[0; 100]] {
         assert_refused(from_bytes(bytes), "not a spectrum file");
     }

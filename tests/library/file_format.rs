@@ -1,4 +1,4 @@
-//! The spectrum file and the layout of the thesis: what is written comes back.
+//! The spectrum file and the layout of the thesis: round trips.
 
 use std::path::Path;
 
@@ -15,66 +15,66 @@ fn kept(spectrum: &Spectrum) -> Spectrum {
     in_file_order(&spectrum.clone().quantised()).expect("valid")
 }
 
-fn assert_comes_back(spectrum: &Spectrum) {
+fn assert_round_trip(spectrum: &Spectrum) {
     let bytes = to_bytes(spectrum).expect("valid");
     let read = from_bytes(&bytes).expect("just written");
-    assert!(read == kept(spectrum), "what is read is not what was written");
+    assert!(read == kept(spectrum), "the spectrum read differs from the one written");
     assert!(to_bytes(&read).expect("valid") == bytes, "writing again gives another file");
     assert!(kept(&read) == read, "a file's spectrum changes when it is arranged or quantised");
 }
 
 proptest! {
     #[test]
-    fn any_spectrum_comes_back(spectrum in any_spectrum()) {
-        assert_comes_back(&spectrum);
+    fn any_spectrum_survives_a_round_trip(spectrum in any_spectrum()) {
+        assert_round_trip(&spectrum);
     }
 }
 
 #[test]
-fn a_growing_sphere_comes_back() {
-    assert_comes_back(&small());
+fn a_growing_sphere_survives_a_round_trip() {
+    assert_round_trip(&small());
     let growth = Growth { subdivisions: 4, n_steps: 40, splits: 40, flips: 90, knot_distance: 9 };
-    assert_comes_back(&growing_sphere(&growth));
+    assert_round_trip(&growing_sphere(&growth));
 }
 
 #[test]
-fn vertices_on_lattice_edges_come_back_and_are_stored_compactly() {
+fn vertices_on_lattice_edges_survive_a_round_trip_and_are_stored_compactly() {
     let [on, off] = [0.0, 0.25].map(|off| on_lattice(20, off));
-    assert_comes_back(&on);
-    assert_comes_back(&off);
+    assert_round_trip(&on);
+    assert_round_trip(&off);
     let [on, off] = [on, off].map(|s| to_bytes(&s).expect("valid").len());
-    assert!(4 * on < 3 * off, "{on} bytes on the lattice, {off} beside it");
-    // Without such samples in the volume the vertices are stored as any others.
+    assert!(4 * on < 3 * off, "{on} bytes on the lattice, {off} off it");
+    // Without lattice vertices all vertices are stored in the general way.
     let elsewhere = on_lattice(20, 0.0).changed(|about, _| about.volume.dims = [11, 128, 128]);
-    assert_comes_back(&elsewhere.expect("valid"));
+    assert_round_trip(&elsewhere.expect("valid"));
 }
 
 #[test]
-fn an_empty_spectrum_comes_back() {
+fn an_empty_spectrum_survives_a_round_trip() {
     let spectrum = small().changed(|_, patch| {
         let isovalues = std::mem::take(&mut patch.isovalues);
         *patch = Patch { isovalues, first_knot: vec![0], ..Patch::default() };
     });
     let spectrum = spectrum.expect("valid");
-    assert_comes_back(&spectrum);
+    assert_round_trip(&spectrum);
     let spectrum = spectrum.changed(|about, patch| {
         patch.isovalues.clear();
         about.events.clear();
     });
-    assert_comes_back(&spectrum.expect("valid"));
+    assert_round_trip(&spectrum.expect("valid"));
 }
 
 #[test]
-fn numbers_of_the_description_come_back_exactly() {
-    let told = serde_json::json!({ "step": 2.0 / 3.0, "adapter": "naïve \"GPU\"" });
+fn numbers_of_the_description_survive_a_round_trip_exactly() {
+    let metadata = serde_json::json!({ "step": 2.0 / 3.0, "adapter": "naïve \"GPU\"" });
     let spectrum = small().changed(|about, patch| {
         about.tolerance = 0.1 + 0.2;
         about.volume.placement.origin = [1e-300, -5.0 / 3.0, 123_456_789.123_456_78];
-        about.parameters = Metadata::from_json(&told.to_string()).expect("JSON");
+        about.parameters = Metadata::from_json(&metadata.to_string()).expect("JSON");
         patch.isovalues[0] = -0.1 - 0.2;
         about.range.0 = patch.isovalues[0];
     });
-    assert_comes_back(&spectrum.expect("valid"));
+    assert_round_trip(&spectrum.expect("valid"));
 }
 
 #[test]
@@ -129,8 +129,8 @@ fn in_a_sheared_world() -> Spectrum {
     placed.expect("valid")
 }
 #[test]
-fn a_sheared_world_comes_back() {
-    assert_comes_back(&in_a_sheared_world());
+fn a_sheared_world_survives_a_round_trip() {
+    assert_round_trip(&in_a_sheared_world());
     let read = from_bytes(&to_bytes(&in_a_sheared_world()).expect("valid")).expect("just written");
     assert!(read.volume().placement.is_sheared());
     assert_eq!(read.volume().placement.unit, Unit::Mm);
@@ -188,11 +188,11 @@ fn a_file_is_written_to_a_temporary_sibling_and_renamed() {
     assert!(matches!(result, Err(Error::Io { .. })));
     assert_eq!(file::read(&path).expect("left alone"), kept(&small()));
     let names: Vec<_> = std::fs::read_dir(folder.path()).expect("readable").collect();
-    assert_eq!(names.len(), 1, "something was left behind: {names:?}");
+    assert_eq!(names.len(), 1, "files were left behind: {names:?}");
 }
 
 #[test]
-fn a_place_that_cannot_be_written_is_one_line() {
+fn a_path_that_cannot_be_written_is_an_error_of_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     for path in [folder.path().join("missing/s.isp"), folder.path().to_path_buf()] {
         let error = file::write(&small(), &path).expect_err("not writable").to_string();
@@ -235,7 +235,7 @@ fn with_short_isovalues(spectrum: Spectrum) -> Spectrum {
 }
 
 #[test]
-fn the_layout_of_the_thesis_comes_back() {
+fn the_layout_of_the_thesis_survives_a_round_trip() {
     let spectrum = with_short_isovalues(small());
     let bytes = thesis::to_bytes(&spectrum).expect("valid");
     let read = thesis::from_bytes(&bytes).expect("just written");
@@ -286,7 +286,7 @@ fn the_layout_of_the_thesis_is_that_of_section_4_4() {
 }
 
 #[test]
-fn a_triangle_of_the_thesis_goes_on_with_the_vertex_of_a_collapse() {
+fn triangles_of_the_thesis_continue_with_the_vertex_of_a_collapse() {
     // Vertex 2 ends at 3 and is replaced by 3, which ends at 5 and is replaced by 4.
     let words = Words(vec![]).integers(&[5]).vertex(0.0, &[1.0, 9.0]).vertex(1.0, &[1.0, 9.0]);
     let words = words.vertex(2.0, &[1.0, 3.0]).vertex(3.0, &[1.0, 5.0]).vertex(4.0, &[1.0, 9.0]);
@@ -304,7 +304,7 @@ fn a_triangle_of_the_thesis_goes_on_with_the_vertex_of_a_collapse() {
 }
 
 #[test]
-fn collapses_in_a_circle_are_an_error() {
+fn cyclic_collapses_are_an_error() {
     let words = Words(vec![]).integers(&[4]).vertex(0.0, &[1.0, 9.0]).vertex(1.0, &[1.0, 9.0]);
     let words = words.vertex(2.0, &[1.0, 3.0]).vertex(3.0, &[1.0, 3.0]);
     let words = words.integers(&[1]).floats(&[1.0, 9.0]).integers(&[0, 1, 2]);

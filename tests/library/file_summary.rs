@@ -1,4 +1,4 @@
-//! What a spectrum file tells in its first sections: no more is read for it, and it is what is behind them.
+//! The summary of a spectrum file, from its first sections: it is correct, and no more of the file is read.
 
 use std::io::{Cursor, Read, Result as IoResult, Seek, SeekFrom};
 
@@ -6,11 +6,11 @@ use crate::common::synthetic::{Growth, growing_sphere, small};
 use isospectrum::file::{Summary, from_bytes, to_bytes};
 use isospectrum::spectrum::{Size, Spectrum};
 
-/// Length of what precedes the content of a section, and of what precedes the first section.
+/// Lengths of the head of a section and of the head of the file, bytes.
 const SECTION_HEAD: usize = 28;
 const FILE_HEAD: usize = 16;
 
-/// A file that counts what is read of it.
+/// A file that counts the bytes read.
 struct Counted<'a> {
     file: Cursor<&'a [u8]>,
     n: usize,
@@ -30,7 +30,7 @@ impl Seek for Counted<'_> {
     }
 }
 
-/// What a file tells, and how many of its bytes were read for it.
+/// The summary of a file, and the number of bytes read for it.
 fn summary(bytes: &[u8]) -> isospectrum::Result<(Summary, usize)> {
     let mut file = Counted { file: Cursor::new(bytes), n: 0 };
     let summary = Summary::from_reader(&mut file, bytes.len() as u64)?;
@@ -54,14 +54,14 @@ fn sphere() -> Spectrum {
 }
 
 #[test]
-fn no_more_is_read_than_the_first_two_sections_and_the_heads_of_the_others() {
+fn a_summary_reads_two_sections_and_the_heads_of_the_others() {
     let file = to_bytes(&sphere()).expect("valid");
     let whole = from_bytes(&file).expect("just written");
-    let (told, n) = summary(&file).expect("just written");
-    assert_eq!(told.size, Size::of(&whole));
-    assert_eq!(told.spectrum.about(), whole.about());
-    assert_eq!((told.spectrum.n_vertices(), told.spectrum.triangles().len()), (0, 0));
-    assert_eq!(told.bytes, file.len() as u64);
+    let (found, n) = summary(&file).expect("just written");
+    assert_eq!(found.size, Size::of(&whole));
+    assert_eq!(found.spectrum.about(), whole.about());
+    assert_eq!((found.spectrum.n_vertices(), found.spectrum.triangles().len()), (0, 0));
+    assert_eq!(found.bytes, file.len() as u64);
     let info = section(&file, FILE_HEAD);
     let events = section(&file, FILE_HEAD + info);
     assert_eq!(n, FILE_HEAD + info + events + 5 * SECTION_HEAD);
@@ -86,8 +86,8 @@ fn every_truncated_or_damaged_summary_is_refused() {
     }
 }
 
-/// The file with another text in place of one in `INFO`, and checksums that fit.
-fn told_otherwise(file: &[u8], text: &str, other: &str) -> Vec<u8> {
+/// The file with a text of `INFO` replaced, and correct checksums.
+fn with_replaced_info(file: &[u8], text: &str, other: &str) -> Vec<u8> {
     let end = FILE_HEAD + section(file, FILE_HEAD);
     let info = std::str::from_utf8(&file[FILE_HEAD + SECTION_HEAD..end]).expect("JSON");
     assert!(info.contains(text), "{info}");
@@ -103,28 +103,30 @@ fn told_otherwise(file: &[u8], text: &str, other: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_size_that_is_not_that_of_the_spectrum_is_one_line() {
+fn a_wrong_size_is_an_error_of_one_line() {
     let spectrum = small();
     let file = to_bytes(&spectrum).expect("valid");
     let Size { triangles, most_triangles, .. } = Size::of(&spectrum);
     let refused = |text: &str, other: &str| {
-        let changed = told_otherwise(&file, text, other);
+        let changed = with_replaced_info(&file, text, other);
         from_bytes(&changed).expect_err("another size").to_string()
     };
-    let said = refused(&format!("\"triangles\":{triangles},"), "\"triangles\":7,");
-    assert_eq!(said, format!("section INFO: 7 triangles, found {triangles}"));
-    let said = refused(&format!("\"most_triangles\":{most_triangles},"), "\"most_triangles\":7,");
+    let message = refused(&format!("\"triangles\":{triangles},"), "\"triangles\":7,");
+    assert_eq!(message, format!("section INFO: 7 triangles, found {triangles}"));
+    let message =
+        refused(&format!("\"most_triangles\":{most_triangles},"), "\"most_triangles\":7,");
     let expected = format!("section INFO: 7 triangles at an isovalue, found {most_triangles}");
-    assert_eq!(said, expected);
+    assert_eq!(message, expected);
     let size = serde_json::to_string(&Size::of(&spectrum)).expect("JSON");
-    let said = refused(&format!(",\"size\":{size}"), "");
-    assert!(said.starts_with("section INFO: missing field `size`"), "{said}");
-    let said = refused("\"knots\":", "\"nots\":");
-    assert!(said.starts_with("section INFO: unknown field `nots`"), "{said}");
-    // What tells of itself is believed until it is read: that is what makes it fast.
-    let changed = told_otherwise(&file, &format!("\"triangles\":{triangles},"), "\"triangles\":7,");
+    let message = refused(&format!(",\"size\":{size}"), "");
+    assert!(message.starts_with("section INFO: missing field `size`"), "{message}");
+    let message = refused("\"knots\":", "\"nots\":");
+    assert!(message.starts_with("section INFO: unknown field `nots`"), "{message}");
+    // A summary does not check the size: for that, all sections would be read.
+    let changed =
+        with_replaced_info(&file, &format!("\"triangles\":{triangles},"), "\"triangles\":7,");
     assert_eq!(summary(&changed).expect("a size").0.size.triangles, 7);
-    let without = told_otherwise(&file, &format!(",\"size\":{size}"), "");
-    let said = summary(&without).expect_err("no size").to_string();
-    assert!(said.starts_with("section INFO: missing field `size`"), "{said}");
+    let without = with_replaced_info(&file, &format!(",\"size\":{size}"), "");
+    let message = summary(&without).expect_err("no size").to_string();
+    assert!(message.starts_with("section INFO: missing field `size`"), "{message}");
 }

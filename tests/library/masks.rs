@@ -1,4 +1,4 @@
-//! Masks and removal of small components: the surface that is left, the reports, and verification.
+//! Masks and removal of small components: the remaining surface, the reports, and verification.
 
 use crate::common::program::{Folder, json, stderr};
 use isospectrum::export::parse_ply;
@@ -64,8 +64,8 @@ fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
     0.5 * distance(cross, [0.0; 3])
 }
 
-/// A triangle counts or does not over a piece of its life in which its middle goes a quarter of a voxel, by where it is in the
-/// middle of that.
+/// Maximum distance of a triangle's middle from the place at which the mask was looked up, voxels: lifetimes are cut into pieces
+/// of a quarter of a voxel, and the mask is looked up in the middle of each.
 const MAX_OFFSET: f64 = 0.125;
 
 /// Maximum relative error of the area, compared with the disc in the ball: a mask ends at voxels and a mesh at triangles of
@@ -73,7 +73,7 @@ const MAX_OFFSET: f64 = 0.125;
 const MAX_AREA_ERROR: f64 = 0.2;
 
 #[test]
-fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
+fn a_masked_surface_is_open_at_the_border_of_the_mask() {
     let folder = masked();
     let open = triangles(&folder, &[]);
     for t in &open {
@@ -83,7 +83,7 @@ fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
         let mut near = near.into_iter().flat_map(turned);
         let is_near = |d: [f64; 3]| is_inside([0, 1, 2].map(|a| (middle[a] + d[a]).round()));
         assert!(near.any(is_near), "{middle:?}");
-        // On the plane: a wall would stand across it.
+        // All on the plane: a wall along the border of the mask would not be.
         let off = (9.0 * middle[0] + 5.0 * middle[1] + middle[2] - 115.0).abs() / 107f64.sqrt();
         assert!(off < 0.3, "{middle:?} is {off} voxels from the plane");
     }
@@ -100,12 +100,12 @@ fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
 #[test]
 fn the_mask_is_stored_shown_by_info_and_applied_by_verify() {
     let folder = masked();
-    let told = folder.run(&["info", "m.isp"]);
-    let told = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(told.contains("mask ball_16x16x16_uint8.raw"), "{told}");
+    let output = folder.run(&["info", "m.isp"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("mask ball_16x16x16_uint8.raw"), "{text}");
     std::fs::remove_file(folder.path().join("ball_16x16x16_uint8.raw")).expect("not needed");
     folder.run(&["verify", "m.isp", "slope_16x16x16_uint8.raw", "--n", "12", "--events", "2"]);
-    // Isovalues are written by the samples inside.
+    // Percentages refer to the samples inside the mask.
     let facts = json(&folder.run(&["info", "m.isp", "--json"]));
     let samples = &facts["parameters"]["samples"];
     let mean = samples["mean"].as_f64().expect("a mean");
@@ -158,9 +158,9 @@ fn dust_is_removed_reported_and_removed_again_by_verify() {
     let printed = folder.run(&[&compute[..], &["--min-component", "8"]].concat());
     let expected = "removed 3 components and 0 cavities below 8 voxels: changed 3 samples";
     assert!(stderr(&printed).contains(expected), "{}", stderr(&printed));
-    let told = folder.run(&["info", "d.isp"]);
-    let told = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(told.contains(expected), "{told}");
+    let output = folder.run(&["info", "d.isp"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains(expected), "{text}");
     folder.run(&["verify", "d.isp", dusty, "--n", "12", "--events", "2"]);
     let found = json(&folder.run(&["components", "d.isp", "-c", "100", "--json"]));
     assert_eq!(found["components"].as_array().map(Vec::len), Some(1));
@@ -195,7 +195,7 @@ fn a_masked_volume_may_be_a_folder_of_parts() {
         all.sort_unstable();
         all
     };
-    // The closed mesh is the same; where it ends, within pieces of lifetimes.
+    // The closed meshes are equal; open ones differ by triangles at the border of the mask, where pieces of lifetimes begin and end.
     assert_eq!(sorted("b.ispt", &["--closed"]), sorted("b.isp", &["--closed"]));
     let (split, file) = (sorted("b.ispt", &[]), sorted("b.isp", &[]));
     let common = split.iter().filter(|t| file.binary_search(t).is_ok()).count();

@@ -1,5 +1,4 @@
-//! Volumes of other programs, against what those programs read: the same samples, and the same world positions of the
-//! eight corners. `tests/oracle/make.py` wrote the files and `values.json`, and `real.json` from real volumes, which are
+//! Volumes of other programs: the same samples and the same world positions of the eight corners as those programs read. `tests/oracle/make.py` wrote the files and `values.json`, and `real.json` from real volumes, which are
 //! not in the repository.
 
 mod filters;
@@ -59,7 +58,7 @@ fn read(folder: &Path, expected: &Expected) -> Result<Volume, String> {
     read_volume(&folder.join(&expected.file), &options).map_err(|e| e.to_string())
 }
 
-/// The first difference of a volume from what is expected.
+/// The first difference between a volume and the expected one.
 fn difference(volume: &Volume, expected: &Expected) -> Option<String> {
     if volume.dims() != expected.dims {
         return Some(format!("dimensions {:?}, expected {:?}", volume.dims(), expected.dims));
@@ -87,7 +86,7 @@ fn difference(volume: &Volume, expected: &Expected) -> Option<String> {
     None
 }
 
-/// Compares all files of a folder; how many.
+/// Compares all files of a folder. Returns their number.
 fn compare(folder: &Path, all: &[Expected]) -> usize {
     let mut wrong = Vec::new();
     for expected in all {

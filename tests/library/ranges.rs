@@ -1,6 +1,6 @@
 //! Sweeps over a part of a volume's range: the mesh is complete at both ends.
 //!
-//! The oracle is the count of the isosurface on the grid, which knows no mesh.
+//! The oracle counts the isosurface on the grid, without a mesh.
 
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ fn a_range_that_ends_inside_the_volumes_has_its_mesh_at_the_last_isovalue() {
     let at = |share: f64| low + share * (high - low);
     let spectrum = swept_over(&volume, (at(0.4), at(0.7)));
     let last = check_at(&volume, &spectrum, at(0.7));
-    // It is the mesh that was there just before, but for what glides on the last step.
+    // The mesh just below the end has the same triangles; only vertices move in the last step.
     let before = spectrum.mesh_at(at(0.7).next_down()).expect("inside the range");
     assert_eq!(last, before.triangles.len());
     assert!(last > 100, "{last} triangles");
@@ -88,7 +88,7 @@ fn sampling_isovalues_at_a_distance_that_divides_the_range_end_at_its_end() {
 }
 
 #[test]
-fn at_the_highest_sample_there_is_no_isosurface_but_that_around_the_volume() {
+fn at_the_highest_sample_only_the_border_of_the_volume_is_left() {
     for outside in [Outside::Low, Outside::High] {
         let volume = phantom("noise:8:3").expect("a phantom").with_outside(outside);
         let volume = Arc::new(volume);

@@ -149,13 +149,13 @@ fn other_formats_hold_one_mesh() {
 }
 
 #[test]
-fn the_program_writes_scenes_by_the_name() {
+fn the_program_writes_scenes_by_the_extension() {
     let folder = Folder::with_spectrum();
-    let told =
+    let output =
         folder.run(&["extract", "s.isp", "--sweep", "20%:80%:4", "-o", "sweep.glb", "--json"]);
-    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
-    assert_eq!(told["meshes"].as_array().map(Vec::len), Some(4));
-    assert_eq!(told["bytes"].as_u64(), Some(folder.read("sweep.glb").len() as u64));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["meshes"].as_array().map(Vec::len), Some(4));
+    assert_eq!(report["bytes"].as_u64(), Some(folder.read("sweep.glb").len() as u64));
     let (json, _) = glb(&folder.read("sweep.glb"));
     assert_eq!(json["nodes"].as_array().map(Vec::len), Some(4));
     // Pages of a flip-book are the meshes that are written by themselves.

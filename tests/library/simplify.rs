@@ -42,7 +42,7 @@ fn largest_change(a: &Volume, b: &Volume) -> f64 {
 }
 
 #[test]
-fn a_bump_below_the_persistence_goes_and_one_far_above_stays() {
+fn a_bump_below_the_persistence_is_removed_and_one_far_above_is_kept() {
     let given = two_bumps();
     // The corner at the high end of the slope, and the bumps.
     let before = maxima(&given);
@@ -58,8 +58,8 @@ fn a_bump_below_the_persistence_goes_and_one_far_above_stays() {
 }
 
 #[test]
-fn a_bump_more_than_twice_the_change_high_stays() {
-    // By stability: changes cannot take a pair of more than twice their size away.
+fn a_bump_of_more_than_twice_the_maximum_change_is_kept() {
+    // Stability of persistence: a change of the field by d removes no pair of a persistence above 2 d.
     let given = two_bumps();
     let (volume, done) = simplify(&given, 0.01).expect("simplifies");
     assert!(2.0 * done.largest_change < 0.05, "{done:?}");
@@ -67,7 +67,7 @@ fn a_bump_more_than_twice_the_change_high_stays() {
 }
 
 #[test]
-fn a_signal_comes_out_of_the_noise_on_it() {
+fn simplification_removes_noise_and_keeps_the_signal() {
     // Noise of up to 2 % on the two bumps, by a generator that every machine repeats.
     let mut state = 7u64;
     let mut noise = || {
@@ -127,23 +127,23 @@ fn noise_and_plateaus_lose_every_extremum_below_the_persistence() {
 }
 
 #[test]
-fn a_spectrum_of_another_way_of_taking_noise_out_is_not_verified_as_if_it_were_of_this_one() {
+fn verify_refuses_an_unknown_method_of_simplification() {
     let folder = Folder::new();
     let arguments = ["compute", "--phantom", "noise:8", "--persistence", "10%"];
     folder.run(&[&arguments[..], &["--backend", "cpu", "-o", "s.isp"]].concat());
     let path = folder.path().join("s.isp");
     let file = isospectrum::file::read(&path).expect("a spectrum");
-    let mut told = serde_json::json!(file.parameters());
-    told["simplification"]["method"] = 1.into();
-    let told = Metadata::from_json(&told.to_string()).expect("JSON");
-    let file = file.changed(|about, _| about.parameters = told).expect("valid");
+    let mut metadata = serde_json::json!(file.parameters());
+    metadata["simplification"]["method"] = 1.into();
+    let metadata = Metadata::from_json(&metadata.to_string()).expect("JSON");
+    let file = file.changed(|about, _| about.parameters = metadata).expect("valid");
     isospectrum::file::write(&file, &path).expect("written");
     let line = folder.fails(&["verify", "s.isp", "--phantom", "noise:8"], 3);
     assert!(line.contains("noise") && line.contains("method"), "{line}");
 }
 
 #[test]
-fn half_of_the_range_is_too_much() {
+fn a_persistence_of_half_of_the_range_is_refused() {
     let given = two_bumps();
     let (low, high) = given.range();
     for wrong in [0.0, -1.0, f64::NAN, 0.5 * (high - low), 10.0] {
@@ -168,8 +168,7 @@ fn a_simplified_spectrum_is_marked_and_verified_against_the_simplified_volume() 
         "{done}"
     );
 
-    // Samples of noise 8 to a side are too coarse for the tolerance, and for what a mesh may jump; here it is the
-    // topology.
+    // 8^3 samples of noise are too coarse for the limits of distance and of jumps; only the topology is checked here.
     let verify = [
         "verify",
         "s.isp",
@@ -183,7 +182,7 @@ fn a_simplified_spectrum_is_marked_and_verified_against_the_simplified_volume() 
     ];
     let found = json(&folder.run(&verify));
     assert_eq!(found["totals"]["topology_right"], found["totals"]["isovalues"]);
-    // The volume as it was given is another.
+    // The volume without simplification is a different one.
     folder.run(&["compute", "--phantom", "noise:8", "--backend", "cpu", "-o", "given.isp"]);
     let given = json(&folder.run(&["info", "given.isp", "--json"]));
     assert_ne!(given["volume"]["range"], info["volume"]["range"]);
@@ -233,18 +232,18 @@ fn analyze_of_the_simplified_volume_it_writes_gives_the_same_events() {
 #[test]
 fn wrong_persistences_are_errors_of_one_line() {
     let folder = Folder::new();
-    for (wrong, says) in
+    for (wrong, message) in
         [("0", "above 0"), ("-5", "above 0"), ("some", "such as 5%"), ("50%", "half")]
     {
         let arguments = ["compute", "--phantom", "noise:8", "-o", "s.isp", "--persistence", wrong];
         let line = folder.fails(&arguments, 2);
-        assert!(line.contains(says), "{line}");
+        assert!(line.contains(message), "{line}");
     }
     let line = folder.fails(&["analyze", "--phantom", "noise:8", "--simplified", "a.raw"], 2);
     assert!(line.contains("--persistence"), "{line}");
 }
 
-/// Any small grid: of integers with ties, of floating point numbers, the layer on either side.
+/// A small grid of integers with ties or of floating point numbers, with the layer outside on either side.
 fn any_volume() -> impl Strategy<Value = Volume> {
     let dims = (2usize..6, 2usize..6, 2usize..6);
     (dims, 0..3u8, any::<bool>(), any::<u64>()).prop_filter_map(

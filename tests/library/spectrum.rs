@@ -1,4 +1,4 @@
-//! Queries on spectra against evaluations that take no short cuts.
+//! Queries on spectra against direct evaluation of the definition.
 
 use std::collections::BTreeSet;
 
@@ -61,9 +61,9 @@ fn assert_compact(mesh: &Mesh, spectrum: &Spectrum, isovalue: f64) {
 /// Isovalues of the table, their neighbours as floating point numbers, and isovalues between them.
 fn probes(spectrum: &Spectrum) -> Vec<f64> {
     let (low, high) = spectrum.range();
-    let beside = spectrum.isovalues().iter().flat_map(|c| [c.next_down(), *c, c.next_up()]);
+    let near = spectrum.isovalues().iter().flat_map(|c| [c.next_down(), *c, c.next_up()]);
     let between = spectrum.isovalues().windows(2).map(|pair| 0.3 * pair[0] + 0.7 * pair[1]);
-    beside.chain(between).filter(|c| (low..=high).contains(c)).collect()
+    near.chain(between).filter(|c| (low..=high).contains(c)).collect()
 }
 
 proptest! {
@@ -146,7 +146,7 @@ fn every_isovalue_of_a_growing_sphere_gives_a_sphere() {
 }
 
 #[test]
-fn knots_are_met_exactly() {
+fn vertices_are_at_their_knots_exactly() {
     let spectrum = small();
     for v in 0..spectrum.n_vertices() as u32 {
         for knot in spectrum.trajectory(v) {
@@ -169,7 +169,7 @@ fn a_small_move_costs_only_its_changes_and_agrees_with_a_jump() {
 }
 
 #[test]
-fn outside_the_range_is_an_error_and_leaves_the_mesh_alone() {
+fn an_isovalue_outside_the_range_is_an_error_and_the_mesh_is_unchanged() {
     let spectrum = small();
     let (low, high) = spectrum.range();
     let mut query = Query::new(&spectrum);
@@ -202,7 +202,7 @@ fn plain() -> Spectrum {
     growing_sphere(&growth)
 }
 
-/// One whose lower half is a cap.
+/// A sphere whose lower half is a cap.
 fn capped() -> Spectrum {
     let spectrum = plain();
     let middle = |spectrum: &Spectrum, t: &Triangle| -> f32 {
@@ -237,7 +237,7 @@ fn normals_are_those_of_the_mesh_and_caps_count_only_where_there_is_nothing_else
                 // The sphere has ripples; along the seam its normals are those of one side.
                 let least = if has_caps { 0.8 } else { 0.85 };
                 assert!(cosine(n, p) > least, "{n:?} at {p:?}");
-                // Its ends are looked at a little inside.
+                // Not at the ends of the range, but slightly inside.
                 let trajectory = spectrum.trajectory(v);
                 let [_, inner @ .., _] = trajectory else { continue };
                 let Some(i) = inner.iter().position(|knot| knot.rank == rank) else { continue };
@@ -253,7 +253,7 @@ fn normals_are_those_of_the_mesh_and_caps_count_only_where_there_is_nothing_else
 
 #[test]
 fn a_vertex_whose_triangles_live_between_its_knots_has_their_normal() {
-    // All vertices go on for long after the triangles are gone, and begin long before.
+    // Trajectories begin long before the triangles and end long after them.
     let n = 5;
     let corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let knots = corners.iter();
@@ -302,7 +302,7 @@ fn spectrum_of(patch: Patch) -> isospectrum::Result<Spectrum> {
 }
 
 #[test]
-fn isovalues_that_nothing_refers_to_are_left_out() {
+fn unreferenced_isovalues_are_left_out() {
     // Only a lifetime ends at 2; nothing refers to 3.
     let mut patch = patch(&[-0.0, 2.0, 3.0, 5.0]);
     patch.triangles[0].death = 1;

@@ -1,7 +1,7 @@
 //! Sweeps of small volumes: the mesh at any isovalue has the topology of that isosurface.
 //!
-//! The oracle is the count of the isosurface on the grid, which shares the samples with the sweep
-//! and knows no mesh; the mesh is counted from its triangle list alone.
+//! The oracle counts the isosurface on the grid: it uses the samples of the volume and no mesh. The mesh is counted from its
+//! triangles alone.
 
 use std::sync::{Arc, Mutex};
 
@@ -22,7 +22,7 @@ use isospectrum::verify::{Limits, Sampling, mesh_topology, verify};
 use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, read_volume};
 use isospectrum::{Counts, Parameters, Progress, Silent, compute};
 
-/// Isovalues looked at in each spectrum.
+/// Number of isovalues at which each spectrum is checked.
 const N_ISOVALUES: usize = 24;
 
 /// Four values on 8^3 samples: nearly every sample has an equal neighbour.
@@ -35,7 +35,7 @@ fn grid_with_ties(seed: u64) -> Arc<Volume> {
 
 /// Mean over the range of the share of the area that is tracked.
 fn tracked_share(spectrum: &Spectrum) -> f64 {
-    spectrum.parameters().number("/tracked_area_share").expect("told")
+    spectrum.parameters().number("/tracked_area_share").expect("in the metadata")
 }
 
 /// Compares the meshes of a volume's spectrum at random isovalues with the count on the grid.
@@ -174,7 +174,7 @@ fn survival(spectrum: &Spectrum, from: f64, to: f64) -> f64 {
     n_both as f64 / n_before as f64
 }
 
-/// The same of extractions at the two isovalues, whose triangles are the same if their vertices are on the same lattice edges.
+/// [`survival`] of extractions at the two isovalues, where a triangle survives if its vertices stay on the same lattice edges.
 fn extracted_survival(volume: &Volume, from: f64, to: f64) -> f64 {
     let field = ExactField::new(volume).expect("a field");
     let [from, to] = [from, to].map(|isovalue| {
@@ -186,7 +186,7 @@ fn extracted_survival(volume: &Volume, from: f64, to: f64) -> f64 {
     n_both as f64 / from.len() as f64
 }
 
-/// Asserts that more than this share of the triangles lives from one isovalue to another, and far fewer of an extraction.
+/// Asserts that more than the share `least` of the triangles survives from one isovalue to another, and far fewer of an extraction.
 fn assert_tracked(volume: &Volume, spectrum: &Spectrum, [from, to]: [f64; 2], least: f64) {
     let (tracked, extracted) = (survival(spectrum, from, to), extracted_survival(volume, from, to));
     let what =
@@ -203,7 +203,7 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
     let mut query = Query::new(spectrum.clone());
     let field = ExactField::new(&volume).expect("a field");
     let dims = volume.dims().map(|d| (d - 1) as f32);
-    // Where only corners are left and what is around them, the seam is most of the surface.
+    // Near the corners of the volume, the seam is most of the surface.
     for (share, is_mostly_tracked) in
         [(0.03, false), (0.1, false), (0.2, false), (0.3, true), (0.4, true)]
     {
@@ -224,7 +224,7 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
         if is_mostly_tracked {
             assert!(is_fewer, "{n} triangles at {isovalue}, extracted {exact}");
         }
-        // A cap's own vertices lie beyond the border, but hardly.
+        // Vertices of caps alone are slightly beyond the border.
         for p in &mesh.positions {
             let beyond = (0..3).map(|a| (-p[a]).max(p[a] - dims[a])).fold(f32::MIN, f32::max);
             assert!(beyond < 1.0, "{p:?}");
@@ -264,7 +264,7 @@ fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
             n_measured += 1;
         }
     }
-    // Only where nothing but the last of a corner is left has the isosurface no triangle inside the volume.
+    // In the last of its corners the isosurface is so small that no triangle is inside the volume.
     assert!(n_measured >= 90, "triangles inside the volume at {n_measured} of 99 isovalues");
 }
 
@@ -277,8 +277,8 @@ fn most_triangles_live_through_a_split() {
     assert_tracked(&volume, &spectrum, [split.isovalue - half, split.isovalue + half], 0.6);
 }
 
-/// Three blobs in a row; the necks between them are the same, but for a trace.
-fn two_necks_a_trace_apart() -> Arc<Volume> {
+/// Three blobs in a row; the isovalues of the necks between them differ by a trace.
+fn two_nearly_equal_necks() -> Arc<Volume> {
     let dims = [56usize, 22, 22];
     let blob = |p: [f64; 3], x: f64| {
         let r2 = (p[0] - x).powi(2) + (p[1] - 10.5).powi(2) + (p[2] - 10.5).powi(2);
@@ -296,7 +296,7 @@ fn two_necks_a_trace_apart() -> Arc<Volume> {
 #[test]
 fn most_triangles_live_through_two_events_next_to_each_other() {
     let parameters = Parameters::default().with_range(Some((0.4, 0.6)));
-    let volume = two_necks_a_trace_apart();
+    let volume = two_nearly_equal_necks();
     let spectrum = swept_with(&volume, &parameters);
     let splits = spectrum.events().iter().filter(|e| e.kind == EventKind::Split);
     let splits: Vec<f64> = splits.map(|e| e.isovalue).collect();
@@ -332,7 +332,7 @@ fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
         let mesh = query.mesh_at(isovalue).expect("inside the range");
         let mut off: Vec<f64> = mesh.positions.iter().map(|&p| off(&volume, isovalue, p)).collect();
         off.sort_by(f64::total_cmp);
-        // The others are those around the neck, which faces as large as these cannot follow to a point.
+        // The others are around the neck, whose tip large faces cannot follow.
         let p98 = off[off.len() * 98 / 100];
         assert!(p98 < 0.03, "98 % are within {p98} voxels at {isovalue}");
     }
@@ -374,7 +374,7 @@ fn a_part_of_the_range_is_swept_alone() {
     assert!(matches!(spectrum.mesh_at(low), Err(Error::Range { .. })));
 }
 
-/// Stops the sweep after so many reports, and keeps what was reported.
+/// Cancels the sweep after so many reports, and records the reports.
 struct StopAfter {
     n_reports: usize,
     reports: Mutex<Vec<f64>>,
@@ -455,7 +455,7 @@ fn the_tracked_share_is_the_mean_over_the_isovalues() {
 
 #[test]
 fn verify_finds_exact_topology_at_random_isovalues() {
-    // The seam of the last three was open before it was looked at in full.
+    // Regression: the seam of the last three was not closed.
     let names =
         ["sphere:24", "blobs:24", "noise:9:101", "noise:9:111", "noise:9:115", "noise:16:116"];
     for (n, name) in names.into_iter().enumerate() {
@@ -477,8 +477,8 @@ mod real_volumes {
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
     fn both_cells_of_a_face_change_at_its_saddle_at_once() {
-        // By its own arithmetic, a cell changed some numbers before the isovalue of the event of another: between the two
-        // nucleon was open.
+        // Regression: rounding made one cell change slightly before its neighbour, and between the two isovalues the mesh was
+        // open.
         let path = data::file("nucleon_41x41x41_uint8.raw");
         let volume = Arc::new(read_volume(&path, &ReadOptions::default()).expect("nucleon"));
         let parameters = Parameters::default().with_range(Some((189.0, 190.0)));

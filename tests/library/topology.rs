@@ -1,9 +1,8 @@
 //! Events and arcs against a count of the isosurface from the grid at one isovalue.
 //!
-//! The count knows nothing of events: it traces the isosurface over faces and cells (loops,
-//! tunnels) and sums the Euler characteristic of each component by inclusion and exclusion. The
-//! two share the predicates of `topology::exact` and nothing else. It is written for clarity and
-//! slow; on larger volumes the count of the extraction, a third way, takes its place.
+//! The count uses no events: it traces the isosurface over faces and cells (loops, tunnels) and sums the Euler
+//! characteristic of each component by inclusion and exclusion. The two share only the predicates of
+//! `topology::exact`. It is slow; on larger volumes the extraction is counted instead.
 
 mod grid_count;
 mod real_volumes;
@@ -32,7 +31,7 @@ fn from_function(n: usize, f: impl Fn([f64; 3]) -> f64) -> Volume {
     volume([n; 3], Samples::F64(samples)).expect("a valid volume")
 }
 
-/// Checks everything the topology says at one isovalue against the count.
+/// Compares the topology at one isovalue with the count.
 fn check(field: &ExactField<'_>, topology: &Topology, isovalue: f64, what: &str) {
     let counted = Count::of(field, isovalue);
     let what = format!("{what} at {isovalue}");
@@ -78,7 +77,7 @@ fn random_volume(random: &mut Random, kind: u64) -> Volume {
     }
 }
 
-/// Isovalues worth trying: at samples, at events, just below them, between, and in the layer.
+/// Isovalues at samples, at events, just below them, between them, and in the layer.
 fn isovalues(random: &mut Random, volume: &Volume, topology: &Topology) -> Vec<f64> {
     let (low, high) = volume.range();
     let mut all = vec![
@@ -130,7 +129,7 @@ fn topology(volume: &Volume) -> Topology {
 }
 
 #[test]
-fn an_event_has_happened_at_its_own_isovalue() {
+fn events_at_an_isovalue_count_as_passed() {
     let mut random = Random(2);
     for n in 0..200 {
         let volume = random_volume(&mut random, n % 6);
@@ -151,19 +150,18 @@ fn turning_the_field_upside_down_keeps_the_isosurfaces() {
         let values: Vec<f64> =
             (0..volume.samples().len()).map(|i| volume.samples().get(i)).collect();
         let outside = volume.outside();
-        let turned = Samples::F64(values.iter().map(|v| -v).collect());
+        let negated = Samples::F64(values.iter().map(|v| -v).collect());
         let upright = Samples::F64(values);
         let opposite = match outside {
             Outside::Low => Outside::High,
             Outside::High => Outside::Low,
         };
         let a = self::volume(volume.dims(), upright).expect("valid").with_outside(outside);
-        let b = self::volume(volume.dims(), turned).expect("valid").with_outside(opposite);
+        let b = self::volume(volume.dims(), negated).expect("valid").with_outside(opposite);
         let (a, b) = (topology(&a), topology(&b));
         let (low, high) = volume.range();
         for _ in 0..10 {
-            // The ramp is another one after the turn; an isovalue drawn from a continuum misses
-            // the range of 10^-6 of a level in which that shows.
+            // The ramp changes with the sign, by 10^-6 of a level; a random isovalue is not within that of a sample.
             let c = low + random.unit() * (high - low);
             assert_eq!(a.n_components_at(c), b.n_components_at(-c), "grid {n} at {c}");
             assert_eq!(a.euler_at(c), b.euler_at(-c), "grid {n} at {c}");
@@ -266,7 +264,7 @@ fn a_ring_plateau_is_five_net_events() {
     let net: Vec<(f64, EventKind)> =
         topology.net_events().iter().map(|e| (e.isovalue, e.kind)).collect();
     // The torus emerges; at 9, the value of everything else, it merges with the surface of the
-    // volume, its hole closes, and what is left vanishes.
+    // volume, its hole closes, and the rest vanishes.
     let expected = [
         (0.0, EventKind::Emerge),
         (0.0, EventKind::HandleOpen),

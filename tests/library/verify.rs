@@ -14,7 +14,7 @@ use isospectrum::{Parameters, Progress, Silent};
 /// The isosurface c of the phantom `sphere:16` is the sphere of radius 7.5 (1 - c) voxels.
 const ISOVALUE: f64 = 0.4;
 
-/// Half of a range so narrow that an unmoving mesh is right all over it: 7.5e-3 voxel.
+/// Half of a range so narrow that a mesh that does not move is within the tolerance all over it: 7.5e-3 voxel.
 const HALF_RANGE: f64 = 1e-3;
 
 fn sphere() -> Volume {
@@ -43,7 +43,7 @@ fn unmoving(volume: &Volume) -> Spectrum {
     Spectrum::new(About::new(volume.info(), range, 0.1), patch).expect("valid")
 }
 
-/// The same with something of it changed.
+/// [`unmoving`] after a change.
 fn unmoving_but(change: impl FnOnce(&mut Patch)) -> Spectrum {
     unmoving(&sphere()).changed(|_, patch| change(patch)).expect("still a spectrum")
 }
@@ -60,13 +60,13 @@ fn failures(spectrum: &Spectrum) -> String {
 }
 
 #[test]
-fn a_right_spectrum_passes() {
+fn a_correct_spectrum_passes() {
     let report = report(&unmoving(&sphere()));
     assert!(report.passed, "{:?}", report.failures);
     let totals = &report.totals;
     assert_eq!((totals.isovalues, totals.topology_right, totals.manifold), (3, 3, 3));
     assert_eq!((totals.self_intersecting_share, totals.inverted_share), (0.0, 0.0));
-    // Vertices on lattice edges are exact to f32 and to how far the surface moves over the range;
+    // Vertices on lattice edges are exact up to rounding to f32 and the motion of the surface over the range;
     // those inside cells are not on the isosurface, but nearer than a flat triangle's middle.
     assert!(totals.vertex_deviation.p99.is_some_and(|d| d < 0.1));
     assert_eq!(totals.tracked_share, Some(1.0));
@@ -81,7 +81,7 @@ fn a_missing_triangle_is_found() {
 }
 
 #[test]
-fn a_turned_triangle_is_found() {
+fn an_inverted_triangle_is_found() {
     let spectrum = unmoving_but(|patch| patch.triangles[0].vertices.swap(0, 1));
     let printed = failures(&spectrum);
     assert!(
@@ -91,7 +91,7 @@ fn a_turned_triangle_is_found() {
 }
 
 #[test]
-fn a_mesh_that_faces_the_wrong_side_is_found() {
+fn a_mesh_that_faces_higher_values_is_found() {
     let spectrum =
         unmoving_but(|patch| patch.triangles.iter_mut().for_each(|t| t.vertices.swap(0, 1)));
     let report = report(&spectrum);
@@ -146,8 +146,8 @@ fn an_isosurface_that_the_mesh_does_not_cover_is_found() {
 }
 
 #[test]
-fn a_vertex_that_is_nowhere_is_found() {
-    // NaN is refused as a spectrum; a finite position may be far from the volume.
+fn a_vertex_far_from_the_volume_is_found() {
+    // A spectrum with NaN cannot be built; finite positions may be far from the volume.
     let nowhere =
         |y: f32| move |patch: &mut Patch| (0..2).for_each(|i| patch.knots[i].position[1] = y);
     let none = unmoving(&sphere()).changed(|_, patch| nowhere(f32::NAN)(patch));
@@ -172,7 +172,7 @@ fn stopping_is_an_interruption() {
     assert!(matches!(stopped, Err(isospectrum::Error::Interrupted)));
 }
 
-/// The sphere, and from the middle of the range on in its place another one, moved along x.
+/// The sphere, replaced in the middle of the range by one that is moved along x.
 fn jumping(by: f32) -> Spectrum {
     let spectrum = unmoving(&sphere());
     let (low, high) = spectrum.range();
@@ -185,7 +185,7 @@ fn jumping(by: f32) -> Spectrum {
         .collect();
     let jumping = spectrum.changed(|_, patch| {
         patch.isovalues = vec![low, 0.5 * (low + high), high];
-        // The first one could go on to the end.
+        // The first sphere may live to the end as well.
         patch.knots.iter_mut().for_each(|knot| knot.rank *= 2);
         patch.knots.extend(moved);
         patch.first_knot = (0..=2 * n).map(|v| 2 * v).collect();
@@ -219,7 +219,7 @@ fn a_jump_away_from_events_is_measured_and_limited() {
 }
 
 #[test]
-fn a_jump_that_the_isosurface_does_not_make_is_no_promise_kept() {
+fn a_jump_of_the_mesh_without_a_jump_of_the_isosurface_fails() {
     let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
     let found = |by: f32| {
         let limits = Limits::default();
@@ -241,7 +241,7 @@ fn plateau() -> Volume {
 }
 
 #[test]
-fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
+fn a_jump_of_the_mesh_with_the_isosurface_passes() {
     let volume = Arc::new(plateau());
     let range = Some((3.0, 7.0));
     let spectrum = swept_with(&volume, &Parameters::default().with_range(range));
@@ -256,13 +256,13 @@ fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
     assert!(report.passed, "{:?}", report.failures);
 }
 
-/// Checks that a default spectrum keeps what is promised.
+/// Checks that a default spectrum keeps all promises.
 fn keeps_its_promises(volume: &Volume, spectrum: &Spectrum) {
     let sampling = Sampling { n_random: 32, n_events: 8, seed: 5 };
     let limits = Limits::default();
     let report = verify(spectrum, volume, sampling, limits, &Silent).expect("verifiable");
     assert!(report.passed, "{}: {:?}", volume.name(), report.failures);
-    // Nothing is kept for want of anything to measure.
+    // Every promise was measured.
     let unmeasured = report.promises.iter().find(|promise| promise.found.is_none());
     assert_eq!(unmeasured, None, "{}", volume.name());
     assert!(

@@ -17,7 +17,7 @@ use flate2::write::GzEncoder;
 use isospectrum::Error;
 use isospectrum::volume::{ReadOptions, Volume, read_volume};
 
-/// Dimensions of the small volumes of these tests: all different, so that swapped axes show.
+/// Dimensions of the small volumes of these tests: all different, to detect swapped axes.
 pub(crate) const DIMS: [usize; 3] = [2, 3, 4];
 
 /// Number of samples of a small volume.

@@ -1,5 +1,5 @@
-//! Every reader of volumes on files that are damaged: bytes of the small files of `tests/oracle` changed, and their
-//! beginnings: all of them with the tests that take long, a seventh otherwise. They are refused with one line or read; no panic, and no memory that the file has not earned.
+//! Every reader of volumes on files that are damaged: bytes of the small files of `tests/oracle` changed, and their prefixes; all of
+//! them in the long test, a seventh otherwise. They are refused with one line or read; no panic, and memory in proportion to the file.
 
 use std::fs::OpenOptions;
 use std::io::{Seek as _, SeekFrom, Write as _};
@@ -129,7 +129,7 @@ fn check_damaged_volumes(stride: usize) {
         }
         // Bytes that may be missing: tags and checksums behind the samples, and a part of the last number of a text.
         let has_end = ["nii", "mrc", "map"].iter().any(|e| shown.ends_with(e));
-        // An earlier frame or array is there where a later one is not.
+        // A file without a later frame or array can still have an earlier one.
         let is_series = ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif"]
             .iter()
             .any(|what| shown.contains(what));

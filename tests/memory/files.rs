@@ -1,4 +1,4 @@
-//! Files that claim much.
+//! Files with large declared sizes.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -16,18 +16,18 @@ use isospectrum::volume::{ReadOptions, read_volume};
 /// Memory that any reader may use, bytes: buffers, the state of an inflater, messages.
 const FREE: usize = 1 << 18;
 
-/// Most bytes per byte of a spectrum file that is refused for what it claims before its numbers are looked at. What is
-/// stored may unpack to 64 times its length; nothing else may have been taken.
+/// Maximum bytes per byte of a spectrum file that is refused for its declared sizes before its numbers are read. Stored bytes
+/// may unpack to 64 times their length; nothing else may be allocated.
 const REFUSED: usize = 66;
 
-/// Most bytes per byte of a spectrum file that is read. A byte unpacks to 64, and what takes most room for its bytes is
-/// an event: five bytes unpacked (64 / 5 to a byte), 40 in memory, in addition to the unpacked bytes.
+/// Maximum bytes per byte of a spectrum file that is read. A byte unpacks to 64. Events take the most memory per byte: five bytes
+/// unpacked (64 / 5 to a byte), 40 in memory, in addition to the unpacked bytes.
 const READ: usize = 64 + 64 * 40 / 5 + 4;
 
-/// Most bytes per byte of JSON: an object of one key takes 5 bytes and a node of a tree of 640.
+/// Maximum bytes per byte of JSON: an object of one key takes 5 bytes and a node of a tree of 640.
 const JSON: usize = 160;
 
-/// Most bytes per byte of a volume or mesh in its own types: a vector twice as long as it is full, while it is moved.
+/// Maximum bytes per byte of a volume or mesh in its own types: a vector with twice the needed capacity, while it is moved.
 const PLAIN: usize = 4;
 
 #[track_caller]
@@ -39,7 +39,7 @@ fn assert_within(what: &str, peak: usize, length: usize, factor: usize) {
     assert!(peak <= FREE + factor * length, "{what}: {peak} bytes for a file of {length}");
 }
 
-/// A crafted spectrum is refused with these words, in so much memory.
+/// Asserts that a crafted spectrum is refused with these words, with at most `factor` bytes per byte.
 #[track_caller]
 fn refused(what: &str, file: &Crafted, words: &str, factor: usize) {
     let bytes = file.file();
@@ -49,7 +49,7 @@ fn refused(what: &str, file: &Crafted, words: &str, factor: usize) {
     assert_within(what, peak, bytes.len(), factor);
 }
 
-/// A crafted spectrum is read, in so much memory.
+/// Asserts that a crafted spectrum is read, with at most `factor` bytes per byte.
 #[track_caller]
 fn accepted(what: &str, file: &Crafted, factor: usize) {
     let bytes = file.file();
@@ -81,7 +81,7 @@ fn vertices(n: usize, n_knots: u64, room: usize) -> Crafted {
 }
 
 #[test]
-fn vertices_of_no_use_are_refused_before_they_take_memory() {
+fn unused_vertices_are_refused_before_they_take_memory() {
     let _turn = turn();
     let n = 500_000;
     refused("vertices without room", &vertices(n, 0, 0), "have room for", 1);
@@ -90,7 +90,7 @@ fn vertices_of_no_use_are_refused_before_they_take_memory() {
         refused("vertices without knots to live", &file, "without a triangle", REFUSED);
     }
     refused("vertices without triangles", &vertices(n / 4, 2, 0), "have room for", 1);
-    // Few enough are of no harm.
+    // A small number is accepted.
     accepted("some vertices of no use", &vertices(4000, 2, 0), READ);
 }
 
@@ -123,8 +123,7 @@ fn valid_files_take_memory_by_their_length() {
     let n_triangles = 300_000;
     let many = triangle_again_and_again(n_triangles, 4);
     accepted("more triangles", &many, READ);
-    // Written again with every other one turned around, each is the one that fills the gates of the one before: it is
-    // found without a search among the triangles before it.
+    // With every other triangle reversed, each fills the gates of the one before, so that the writer needs no search.
     let spectrum = from_bytes(&many.file()).expect("it was read before");
     let spectrum = spectrum.changed(|_, patch| {
         patch.triangles.iter_mut().skip(1).step_by(2).for_each(|t| t.vertices.swap(0, 1));
@@ -133,7 +132,7 @@ fn valid_files_take_memory_by_their_length() {
     let written = to_bytes(&spectrum).expect("what was read can be written");
     let (n, most) = peak(|| from_bytes(&written).expect("and read").triangles().len());
     assert_eq!(n, n_triangles);
-    assert_within("coded columns that tell nothing new", most, written.len(), READ);
+    assert_within("coded columns without information", most, written.len(), READ);
     accepted("more knots", &triangle_again_and_again(4, 100_000), READ);
     let mut events = Crafted::empty();
     let n = 200_000;
@@ -169,7 +168,7 @@ fn the_layout_of_the_thesis_and_ply_take_memory_by_their_length() {
     assert_within("PLY", most, ply.len(), 2 * PLAIN);
 }
 
-/// Writes a volume, reads it and says what came of it, in so much memory by the file's length.
+/// Writes a volume, reads it and checks the message (empty on success), with at most `factor` bytes per byte of the file.
 #[track_caller]
 fn volume(folder: &Path, name: &str, bytes: &[u8], words: &str, factor: usize) {
     let path = folder.join(name);
@@ -207,7 +206,7 @@ fn volumes_take_memory_for_the_samples_in_the_file() {
         format!("NRRD0004\ntype: {kind}\nendian: little\ndimension: 3\nsizes: {side} {side} {side}\nencoding: {encoding}\n\n")
             .into_bytes()
     };
-    // Not more than deflate can hold, and far more than it holds.
+    // A declared size that deflate could hold, but far more than this file holds.
     let million = noise(1 << 20);
     for (kind, side) in [("uchar", 1000), ("ushort", 800), ("float", 600), ("double", 500)] {
         let bytes = [header(kind, side, "gzip"), gzipped(&million)].concat();
@@ -231,7 +230,7 @@ fn volumes_take_memory_for_the_samples_in_the_file() {
     volume(folder.path(), "claim.npy", &npy("False", 1000), "1000000 bytes", 1);
     volume(folder.path(), "c.npy", &npy("False", 100), "", 1);
     volume(folder.path(), "fortran.npy", &npy("True", 100), "", 2);
-    // Text is read as it comes: of a CUBE file no more is kept than its samples, eight bytes for each number.
+    // Text is read as a stream: of a CUBE file only the samples are kept, eight bytes each.
     let cube = |side: usize, n: usize| {
         let axes =
             [format!("{side} 1 0 0\n"), format!("{side} 0 1 0\n"), format!("{side} 0 0 1\n")];

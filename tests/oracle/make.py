@@ -618,7 +618,7 @@ def dicom():
                 data["PixelData"].VR, data["PixelData"].is_undefined_length = "OB", True
             elif packed:
                 data.compress(pydicom.uid.RLELossless)
-            # Names do not tell the order.
+            # The names of files do not define the order.
             path = HERE / name / f"{name[6:]}_{(3 * i + 2) % 4}_{uid[-1]}{'.dcm' if i % 2 else ''}"
             if preamble:
                 data.save_as(path, enforce_file_format=True)
@@ -656,7 +656,7 @@ def dicom():
          encode=j2k, decode=imagecodecs.jpeg2k_decode)
     save("dicom_jpeg2000_colours", "1.2.3.4.14", colours, [0, 0, 2], kind=COLOUR, syntax=pydicom.uid.JPEG2000Lossless,
          encode=j2k, decode=imagecodecs.jpeg2k_decode, channel=2)
-    # Decoders round by one in different ways: all samples are told.
+    # Decoders differ by one in rounding, so all samples are listed.
     lossy = codecs("jpeg8_encode", level=90)
     save("dicom_lossy", "1.2.3.4.16", values.astype("u1"), [0, 0, 2], syntax=pydicom.uid.JPEGBaseline8Bit, encode=lossy, decode=imagecodecs.jpeg8_decode)
     entries.pop()

@@ -8,7 +8,7 @@ import { expected, launch, open, settled, state, watched } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-/** What axe-core finds, a line for each violation. */
+/** The violations that axe-core finds, one per line. */
 async function violations(page) {
     return page.evaluate(async () => {
         const { violations: found } = await window.axe.run(document, {

@@ -203,7 +203,7 @@ fn write_colors(folder: &Folder, isovalue: f64) {
     }
 }
 
-/// A page whose author chose what is up, and a picture with that.
+/// A page with another axis upwards, and a picture with that axis upwards.
 fn write_up(folder: &Folder, isovalue: f64) {
     folder.run(&["html", "s.isp", "-o", "up.html", "--up", "-x"]);
     render(folder, isovalue, "up.png", &["--up", "-x"]);
@@ -271,7 +271,7 @@ fn components_of_noise(folder: &Folder) -> serde_json::Value {
     })
 }
 
-/// The page of a ball that has a radius of 6.5 voxels at its largest, off the middle of a volume of 40^3.
+/// The page of a ball with a radius of at most 6.5 voxels, away from the middle of a volume of 40^3 samples.
 fn write_ball(folder: &Folder) {
     const SIDE: usize = 40;
     let sample = |i: usize| {

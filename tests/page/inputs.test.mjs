@@ -263,8 +263,8 @@ describe("inputs", () => {
     test("marked isovalues are buttons and lines; without marks some are suggested", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
-        const buttons = page.locator("#offered button");
-        assert.match(await page.locator("#offered").textContent(), /^Isovalues/);
+        const buttons = page.locator("#isovalue-buttons button");
+        assert.match(await page.locator("#isovalue-buttons").textContent(), /^Isovalues/);
         assert.equal(await buttons.count(), 2);
         await buttons.nth(0).click();
         await settled(page);
@@ -275,7 +275,7 @@ describe("inputs", () => {
         await close();
         const other = await watched(browser);
         await open(other.page, { renderer: "webgl2" }, "ball.html");
-        assert.match(await other.page.locator("#offered").textContent(), /^Suggested.*top:1% \(/);
+        assert.match(await other.page.locator("#isovalue-buttons").textContent(), /^Suggested.*top:1% \(/);
         await other.close();
     });
 
@@ -296,9 +296,9 @@ describe("inputs", () => {
         const box = await page.locator("#canvas").boundingBox();
         const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
         await page.locator("#pick-measure").click();
-        const reach = 1.75 / perPixel;
+        const offset = 1.75 / perPixel;
         for (const side of [-1, 1]) {
-            await page.mouse.click(x + side * reach, y);
+            await page.mouse.click(x + side * offset, y);
             await settled(page);
         }
         const [a, b] = (await state(page)).measuredPoints;

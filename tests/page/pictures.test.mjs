@@ -36,8 +36,8 @@ describe("pictures", () => {
             await close();
         }
         for (const [i, isovalue] of expected.isovalues.entries()) {
-            const what = `WebGPU to WebGL2, ${isovalue}`;
-            assertSimilar(drawn.webgpu[i], drawn.webgl2[i], TO_EACH_OTHER, what);
+            const name = `WebGPU to WebGL2, ${isovalue}`;
+            assertSimilar(drawn.webgpu[i], drawn.webgl2[i], TO_EACH_OTHER, name);
         }
     });
 

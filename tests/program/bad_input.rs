@@ -71,7 +71,7 @@ fn nan_is_named_with_its_position_and_can_be_replaced() {
 }
 
 #[test]
-fn less_than_two_samples_along_an_axis_are_no_volume() {
+fn fewer_than_two_samples_along_an_axis_are_refused() {
     let folder = Folder::new();
     folder.write("a_4x4x1_uint8.raw", &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16]);
     contains(&refused(&folder, &["a_4x4x1_uint8.raw"], 3), &["4x4x1", "at least 2"]);
@@ -80,7 +80,7 @@ fn less_than_two_samples_along_an_axis_are_no_volume() {
 }
 
 #[test]
-fn a_file_that_is_no_volume_is_refused() {
+fn a_file_that_is_not_a_volume_is_refused() {
     let folder = Folder::new();
     folder.write("a.txt", b"no volume");
     contains(&refused(&folder, &["a.txt"], 3), &["a.txt"]);
@@ -91,7 +91,7 @@ fn a_file_that_is_no_volume_is_refused() {
 }
 
 #[test]
-fn flags_that_make_no_sense_are_usage_errors() {
+fn invalid_flags_are_usage_errors() {
     let folder = Folder::new();
     let sphere = ["--phantom", "sphere:8"];
     for (wrong, word) in [
@@ -250,7 +250,7 @@ fn an_initial_mesh_that_does_not_fit_the_volume_is_refused() {
     folder.run(&[&COMPUTE[..], &good].concat());
 }
 
-/// Runs the program under a limit of two minutes, after which it counts as one that waits for ever.
+/// Runs the program with a time limit of two minutes, after which it counts as hanging.
 #[cfg(target_os = "linux")]
 fn ended(folder: &Folder, arguments: &[&str]) -> (Option<i32>, String) {
     let output = std::process::Command::new("timeout")
@@ -304,7 +304,7 @@ fn no_infinity_reaches_a_file() {
     folder.run(&["compute", "h_3x3x3_float64.raw", "--backend", "cpu", "-o", "h.isp"]);
     let line = folder.fails(&["convert", "h.isp", "h.thesis"], 3);
     contains(&line, &["h.isp: isovalue", "layout of the thesis"]);
-    // A place that 64-bit floats hold and those of a mesh do not: no volume may lie there, but a file may say so.
+    // An origin beyond 32-bit floats, which meshes use: volumes are refused there, but a spectrum file can contain it.
     folder.write("a_3x3x3_float64.raw", &samples.map(|s| s / 1e300).map(f64::to_le_bytes).concat());
     let far = ["a_3x3x3_float64.raw", "--origin", "1e300,0,0"];
     contains(&refused(&folder, &far, 3), &["origin", "1e15"]);

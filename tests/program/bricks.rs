@@ -28,7 +28,7 @@ fn the_bytes_do_not_depend_on_which_process_computes_which_part() {
     assert!(folder.shell(script).status.success());
     folder.run(&["merge", "p.json", "--parts", "two", "-o", "two.isp", "-q"]);
     assert_eq!(folder.read("m.isp"), folder.read("two.isp"));
-    // Nothing is done twice.
+    // Existing parts are not computed again.
     let printed = stderr(&folder.run(&["compute", "--backend", "cpu", "--plan", "p.json"]));
     assert_eq!(printed.matches("exists already").count(), 8, "{printed}");
     let verify = ["verify", "m.isp", "--phantom", "noise:9:4", "--n", "8"];
@@ -38,21 +38,21 @@ fn the_bytes_do_not_depend_on_which_process_computes_which_part() {
 #[test]
 fn a_killed_worker_and_a_damaged_part_are_recomputed() {
     let folder = merged();
-    // Killed as soon as the first part is there.
+    // Killed once the first part exists.
     let script = r#""$0" compute --backend cpu --threads 1 -q --plan p.json -o parts & worker=$!
         while [ ! -e parts/000000.part ]; do :; done; kill -9 $worker; wait $worker; true"#;
     assert!(folder.shell(script).status.success());
     let merge = ["merge", "p.json", "--parts", "parts", "-o", "again.isp"];
-    let told = folder.fails(&merge, 3);
-    assert!(told.contains("of 8 parts") && told.contains("expected them in"), "{told}");
+    let line = folder.fails(&merge, 3);
+    assert!(line.contains("of 8 parts") && line.contains("expected them in"), "{line}");
     folder.run(&[&PARTS[..], &["0:7", "-o", "parts"]].concat());
     let part = folder.path().join("parts/000005.part");
     let mut bytes = std::fs::read(&part).expect("a part");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 16;
     std::fs::write(&part, bytes).expect("damaged");
-    let told = folder.fails(&merge, 3);
-    assert!(told.contains("000005.part") && told.contains("damaged"), "{told}");
+    let line = folder.fails(&merge, 3);
+    assert!(line.contains("000005.part") && line.contains("damaged"), "{line}");
     let anew = ["compute", "--backend", "cpu", "--plan", "p.json", "--parts", "5", "-o", "parts"];
     let printed = stderr(&folder.run(&anew));
     assert!(printed.contains("computed again"), "{printed}");
@@ -64,10 +64,10 @@ fn a_killed_worker_and_a_damaged_part_are_recomputed() {
 fn errors_of_a_plan_are_one_line() {
     let folder = Folder::new();
     folder.run(&PLAN);
-    let told = folder.fails(&[&PARTS[..], &["3:8"]].concat(), 2);
-    assert!(told.contains("expected 0 to 7"), "{told}");
-    let told = folder.fails(&["plan", "--phantom", "blobs:9", "--brick", "3", "-o", "q.json"], 2);
-    assert!(told.contains("3 cells, expected 4"), "{told}");
+    let line = folder.fails(&[&PARTS[..], &["3:8"]].concat(), 2);
+    assert!(line.contains("expected 0 to 7"), "{line}");
+    let line = folder.fails(&["plan", "--phantom", "blobs:9", "--brick", "3", "-o", "q.json"], 2);
+    assert!(line.contains("3 cells, expected 4"), "{line}");
     let start = ["--start", "0.4", "--initial-mesh", "m.ply", "-o", "q.json"];
     let initial = [&["plan", "--phantom", "blobs:9"][..], &start].concat();
     assert!(folder.fails(&initial, 2).contains("initial mesh"));
@@ -75,8 +75,8 @@ fn errors_of_a_plan_are_one_line() {
     folder.write("p.json", changed.replace("\"error\": 0.1", "\"error\": 0.2").as_bytes());
     assert!(folder.fails(&[&PARTS[..], &["0"]].concat(), 3).contains("changed"));
     folder.write("p.json", b"{}");
-    let told = folder.fails(&["merge", "p.json", "-o", "m.isp"], 3);
-    assert!(told.contains("p.json: unsupported"), "{told}");
+    let line = folder.fails(&["merge", "p.json", "-o", "m.isp"], 3);
+    assert!(line.contains("p.json: unsupported"), "{line}");
 }
 
 const BRICKS: [&str; 8] =
@@ -93,12 +93,12 @@ fn compute_in_bricks_equals_plan_parts_and_merge() {
     assert!(piped.stdout == expected);
     assert_eq!(folder.names(), ["a.isp", "b.isp", "m.isp", "p.json", "p.parts"]);
     let more = [&BRICKS[..7], &["-o", "c.isp", "--max-triangles", "100"]].concat();
-    let line = folder.run_for(&more, 2);
-    assert!(stderr(&line).contains("1 of 8 bricks, expected 100"));
+    let output = folder.run_for(&more, 2);
+    assert!(stderr(&output).contains("1 of 8 bricks, expected 100"));
     assert!(!folder.path().join("c.isp").exists());
 }
 
-/// Small balls in a row, as a long volume of plain samples, whose whole would take 77 MB at the least.
+/// A long volume with small balls in a row, which needs at least 77 MB as a whole.
 fn row_of_balls(folder: &Folder) {
     let [x, y, z] = [1200usize, 40, 40];
     let off = |i: usize, middle: f64| (i as f64 - middle).powi(2);
@@ -111,7 +111,7 @@ fn row_of_balls(folder: &Folder) {
 }
 
 #[test]
-fn a_limit_of_memory_is_kept_by_bricks() {
+fn bricks_keep_a_limit_of_memory() {
     let folder = Folder::new();
     row_of_balls(&folder);
     let compute =
@@ -122,11 +122,11 @@ fn a_limit_of_memory_is_kept_by_bricks() {
     // The same bytes as with `--brick`.
     folder.run(&[&compute[..], &["-q", "--brick", "128", "-o", "b.isp"]].concat());
     assert!(folder.read("a.isp") == folder.read("b.isp"));
-    // A volume that must be read as a whole is reported.
+    // A file that can only be read as a whole is reported.
     let prepared = [&within[..], &["--median", "1", "-o", "c.isp"]].concat();
     let printed = stderr(&folder.run(&prepared));
     assert!(printed.contains("1.83 MiB of samples"), "{printed}");
-    // Nor do bricks help everywhere.
+    // Some limits are too small even for bricks.
     let tight = [&compute[..], &["--max-memory", "50MB", "--brick", "128", "-o", "d.isp"]].concat();
     let output = folder.run_for(&tight, 2);
     let line = stderr(&output);
@@ -140,7 +140,7 @@ fn a_limit_of_memory_is_kept_by_bricks() {
 
 #[cfg(unix)]
 #[test]
-fn a_full_disk_is_one_line_and_leaves_nothing_in_part() {
+fn a_full_disk_is_an_error_of_one_line_and_leaves_no_partial_files() {
     let folder = merged();
     let before = folder.names();
     // Files end at 512 bytes: a signal unless it is ignored, then an error as of a full disk.
@@ -170,7 +170,7 @@ fn a_full_disk_is_one_line_and_leaves_nothing_in_part() {
 #[test]
 fn a_stopped_computation_in_bricks_leaves_nothing() {
     let folder = Folder::new();
-    // As soon as a part is there.
+    // Once a part exists.
     let script = r#""$0" compute --phantom noise:17:4 --backend cpu --brick 4 -q -o s.isp & worker=$!
         while ! ls -A | grep -q part || ! ls .isospectrum-*.part | grep -q part; do sleep 0.01; done
         kill -TERM $worker; wait $worker"#;

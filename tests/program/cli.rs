@@ -65,11 +65,12 @@ fn an_empty_surface_explains_itself() {
 #[test]
 fn isovalues_are_printed_with_significant_digits_only() {
     let folder = Folder::with_spectrum();
-    // Shares of the range that are no short numbers.
+    // Percentages whose isovalues are not short decimals.
     for percent in ["10%", "33.3%", "70%"] {
         let printed = stderr(&folder.run(&["extract", "s.isp", "-c", percent, "-o", "m.ply"]));
-        let (_, told) = printed.split_once("isovalue ").expect("the isovalue is told");
-        let digits = told.chars().take_while(|c| c.is_ascii_digit() || ".-".contains(*c)).count();
+        let (_, isovalue) = printed.split_once("isovalue ").expect("the isovalue is printed");
+        let digits =
+            isovalue.chars().take_while(|c| c.is_ascii_digit() || ".-".contains(*c)).count();
         assert!((1..=8).contains(&digits), "{printed}");
     }
 }
@@ -115,7 +116,7 @@ fn compute_prints_the_quality_and_only_with_v_the_counts_of_the_sweep() {
 fn analyze_suggests_the_isovalue_that_separates_most_components() {
     let folder = Folder::new();
     let mut samples = [0u8; 9 * 5 * 5];
-    // Three peaks on level ground; the highest is the trunk that the others branch off.
+    // Three peaks on a plane; the others branch off from the component of the highest.
     for (x, height) in [(2, 100), (4, 200), (6, 60)] {
         samples[x + 9 * (2 + 5 * 2)] = height;
     }
@@ -148,11 +149,11 @@ fn analyze_and_info_count_the_same_events() {
     assert!(analysis["n_critical_points"].as_u64() > analysis["n_events"].as_u64());
     // The tables show the same numbers.
     let events = format!("{} at {} isovalues", info["n_events"], info["n_event_isovalues"]);
-    for told in [&["info", "v.isp"][..], &["analyze", "v_7x7x7_uint8.raw", "--samples", "2"]] {
-        let output = folder.run(told);
+    for arguments in [&["info", "v.isp"][..], &["analyze", "v_7x7x7_uint8.raw", "--samples", "2"]] {
+        let output = folder.run(arguments);
         let text = String::from_utf8_lossy(&output.stdout);
         assert!(text.contains(&events), "no '{events}' in: {text}");
-        let is_analysis = told[0] == "analyze";
+        let is_analysis = arguments[0] == "analyze";
         assert_eq!(text.contains("caps"), is_analysis, "{text}");
     }
 }
@@ -166,7 +167,7 @@ fn quiet_prints_nothing() {
 }
 
 #[test]
-fn nothing_is_coloured_and_no_bar_is_drawn_where_there_is_no_terminal() {
+fn without_a_terminal_there_are_no_colours_and_no_progress_bar() {
     let folder = Folder::new();
     let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "s.isp", "-v"];
     let printed = stderr(&folder.run(&compute));
@@ -216,7 +217,7 @@ fn a_spectrum_of_another_volume_does_not_pass() {
 }
 
 #[test]
-fn a_limit_that_is_not_kept_is_exit_code_5_with_the_reason() {
+fn an_exceeded_limit_is_exit_code_5_with_the_reason() {
     let folder = Folder::with_spectrum();
     let verify = ["verify", "s.isp", "--phantom", "sphere:12", "--n", "8", "--max-deviation", "0"];
     let output = folder.run_for(&verify, 5);
@@ -225,7 +226,7 @@ fn a_limit_that_is_not_kept_is_exit_code_5_with_the_reason() {
         "isospectrum: s.isp: verification failed: barycentres from isosurface, 99 % within: 0.";
     assert!(printed.starts_with(reason), "{printed}");
     let report = String::from_utf8_lossy(&output.stdout);
-    // The report is printed all the same, with what is kept and what is not.
+    // The report is printed nevertheless, with passed and failed limits.
     assert!(report.contains("promised 0 voxel: NOT KEPT") && report.contains(": kept"), "{report}");
     assert!(!report.contains("refused."), "counts of the sweep are for -v: {report}");
 }
@@ -240,7 +241,7 @@ fn completions_are_printed_for_every_shell() {
 }
 
 #[test]
-fn help_and_version_are_data() {
+fn help_and_version_are_printed_on_stdout() {
     let folder = Folder::new();
     let help = folder.run(&["--help"]);
     let text = String::from_utf8_lossy(&help.stdout).into_owned();
@@ -283,6 +284,6 @@ fn the_demo_writes_a_spectrum_and_a_mesh_and_names_them() {
         let file = file.as_str().expect("a name");
         assert!(!folder.read(file).is_empty(), "{file}");
     }
-    // Either the pictures are there, or a sentence says why not.
+    // Either the pictures exist, or a message gives the reason.
     assert!(files.len() == 5 || stderr(&output).contains("no pictures: "), "{summary}");
 }

@@ -23,7 +23,7 @@ fn vertices(folder: &Folder, name: &str) -> Vec<Vec<f64>> {
     rows.map(|row| row.split(' ').map(|x| x.parse().expect("a number")).collect()).collect()
 }
 
-/// The header of a PLY and what follows it.
+/// The header and the body of a PLY file.
 fn ply(folder: &Folder, name: &str) -> (String, Vec<u8>) {
     let file = folder.read(name);
     let mark = b"end_header\n";
@@ -96,7 +96,7 @@ fn the_ends_of_a_scale_are_the_ends_of_the_map_and_a_center_its_middle() {
         }
     }
     assert!(low > 10 && high > 10);
-    // Without a word a field of both signs has its zero in the middle of a diverging map.
+    // By default, a field of both signs has its zero in the middle of a diverging map.
     folder.run(&by);
     let middle = vertices(&folder, "m.obj").into_iter().filter(|row| (row[0] - 7.5).abs() < 0.05);
     let middle: Vec<_> = middle.collect();
@@ -134,9 +134,9 @@ fn a_series_lists_its_meshes_with_their_isovalues() {
         "quality",
     ]);
     let list = String::from_utf8(folder.read("s & s.pvd")).expect("text");
-    let told = folder.run(&["info", "s.isp", "--json"]);
-    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
-    let end = |i: usize| told["range"][i].as_f64().expect("a number");
+    let output = folder.run(&["info", "s.isp", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let end = |i: usize| report["range"][i].as_f64().expect("a number");
     for i in 0..3 {
         assert!(folder.names().contains(&format!("s & s-000{i}.vtp")), "{:?}", folder.names());
         let row = list.lines().find(|row| row.contains(&format!("file=\"s &amp; s-000{i}.vtp\"")));
@@ -240,7 +240,7 @@ fn the_distance_is_that_to_the_volume_without_its_noise() {
 }
 
 #[test]
-fn a_volume_that_lies_elsewhere_or_is_none_is_refused() {
+fn a_field_outside_the_surface_and_invalid_scales_are_refused() {
     let folder = folder();
     let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 3 3\nspace origin: (500,0,0)\n\
                   space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n";
@@ -261,11 +261,11 @@ fn a_field_takes_less_than_a_byte_per_knot_of_a_page() {
     let folder = folder();
     folder.run(&["html", "s.isp", "-o", "plain.html"]);
     folder.run(&["html", "s.isp", "-o", "field.html", "--color-by", "x_16x16x16_float32.raw"]);
-    let told = folder.run(&["info", "s.isp", "--json"]);
-    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
-    let n_knots = told["n_knots"].as_u64().expect("a number") as usize;
+    let output = folder.run(&["info", "s.isp", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let n_knots = report["n_knots"].as_u64().expect("a number") as usize;
     let more = folder.read("field.html").len() - folder.read("plain.html").len();
-    // Letters hold 6.9 bits of a byte each; the still picture has a legend and colours.
+    // The text of the page holds 6.9 bits per byte; the still picture has a legend and colours.
     assert!(more < n_knots + 60_000, "{more} bytes for {n_knots} knots");
     let output = folder.run_for(&["html", "s.isp", "-o", "n.html", "--color", "normal"], 2);
     assert!(stderr(&output).contains("normal"), "{}", stderr(&output));

@@ -8,7 +8,7 @@ use crate::common::spectra::assert_isosurfaces;
 use isospectrum::file;
 use isospectrum::volume::{ReadOptions, read_volume};
 
-/// A program that has not ended by then does not end; what is run here takes seconds.
+/// Time limit, after which the program counts as hanging; its runs here take seconds.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
 
 /// Runs the program and expects it to end with an exit code. Returns the text on stderr.
@@ -67,7 +67,7 @@ fn a_range_that_underflows_is_refused_in_one_line() {
 }
 
 /// Noise of samples that are all different: an offset plus multiples of a step.
-fn beside(offset: f64, step: f64, n: u32) -> Vec<u8> {
+fn offset_noise(offset: f64, step: f64, n: u32) -> Vec<u8> {
     bytes((0..n).map(|i| offset + f64::from(i.wrapping_mul(2_654_435_761) % n) * step))
 }
 
@@ -75,11 +75,11 @@ fn beside(offset: f64, step: f64, n: u32) -> Vec<u8> {
 fn ranges_that_are_small_next_to_their_offset_are_computed() {
     // With 10^15 and 1/8, and with whole numbers from 5 * 10^15 on, no number lies between two samples.
     let volumes = [
-        ("a_4x4x4_float64.raw", beside(1e15, 0.125, 64)),
-        ("b_10x10x10_float64.raw", beside(1e13, 1.0 / 128.0, 1000)),
-        ("c_10x10x10_float64.raw", beside(5e15, 1.0, 1000)),
-        ("d_6x6x6_float64.raw", beside(1e12, 0.125, 216)),
-        ("e_6x6x6_float64.raw", beside(-1e14, 0.125, 216)),
+        ("a_4x4x4_float64.raw", offset_noise(1e15, 0.125, 64)),
+        ("b_10x10x10_float64.raw", offset_noise(1e13, 1.0 / 128.0, 1000)),
+        ("c_10x10x10_float64.raw", offset_noise(5e15, 1.0, 1000)),
+        ("d_6x6x6_float64.raw", offset_noise(1e12, 0.125, 216)),
+        ("e_6x6x6_float64.raw", offset_noise(-1e14, 0.125, 216)),
     ];
     for (name, samples) in volumes {
         let folder = Folder::new();

@@ -1,6 +1,6 @@
 //! `render --turntable` and films: their pictures, and the files left where ffmpeg fails.
 //!
-//! A script replaces ffmpeg: the tests check its input and what happens to its output.
+//! A script replaces ffmpeg: the tests check its input and the handling of its output.
 
 use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Child, Command, Output, Stdio};
@@ -11,7 +11,7 @@ use crate::common::program::{Folder, one_line, stderr};
 
 const SIZE: [&str; 2] = ["--size", "96x64"];
 
-/// Joins the pictures into a film and writes down its arguments.
+/// Concatenates the pictures to a film and writes its arguments to `said`.
 const JOINS: &str = r#"#!/bin/sh
 [ "$1" = -version ] && exit 0
 for last; do :; done
@@ -19,7 +19,7 @@ echo "$@" > "$SAID"
 cat [0-9]*.png > "$last"
 "#;
 
-/// Fails after it has begun.
+/// Fails after some output.
 const FAILS: &str = r#"#!/bin/sh
 [ "$1" = -version ] && exit 0
 for last; do :; done
@@ -89,12 +89,12 @@ fn a_turntable_goes_around_in_even_steps() {
             "s.isp"
         ]
     );
-    // A quarter further on, the other one begins.
+    // The other sweep begins a quarter later.
     for (a, b) in [("a1.png", "b00.png"), ("a3.png", "b02.png")] {
         assert!(folder.read(a) == folder.read(b), "{a} is not {b}");
     }
     assert!(folder.read("a0.png") != folder.read("a1.png"));
-    for (n, output, says) in [
+    for (n, output, message) in [
         ("1", "f%d.png", "turntable"),
         ("4", "f.png", "%04d"),
         ("4", "f%d.jpg", ".webm"),
@@ -102,7 +102,7 @@ fn a_turntable_goes_around_in_even_steps() {
     ] {
         let flags = ["render", "s.isp", "-c", "50%", "--turntable", n, "-o", output];
         let line = folder.fails(&flags, 2);
-        assert!(line.contains(says), "{line}");
+        assert!(line.contains(message), "{line}");
     }
     folder
         .fails(&["render", "s.isp", "--sweep", "0%:9%:3", "--turntable", "4", "-o", "f%d.png"], 2);
@@ -113,7 +113,7 @@ fn a_film_is_made_of_the_pictures_that_files_would_have() {
     let folder = Folder::with_spectrum();
     let sweep = ["render", "s.isp", "--sweep", "30%:60%:3"];
     folder.run(&[&sweep[..], &SIZE, &["-o", "f%d.png"]].concat());
-    for (name, extra, told) in [
+    for (name, extra, words) in [
         ("film.mp4", &["--fps", "12"][..], ["-framerate 12", "libx264", "format=yuv420p"]),
         ("film.webm", &[], ["-framerate 30", "libvpx-vp9", "format=yuv420p"]),
         ("clear.webm", &["--background", "transparent"], ["30", "vp9", "format=yuva420p"]),
@@ -125,7 +125,7 @@ fn a_film_is_made_of_the_pictures_that_files_would_have() {
             assert!(folder.read(name) == pictures, "{name} has other pictures");
         }
         let printed = String::from_utf8(folder.read("said")).expect("text");
-        assert!(told.iter().all(|word| printed.contains(word)), "{printed}");
+        assert!(words.iter().all(|word| printed.contains(word)), "{printed}");
         assert!(stderr(&output).contains(&format!("{name}: 3 pictures of 96x64")));
     }
     let names = folder.names();
@@ -141,7 +141,7 @@ fn without_a_working_ffmpeg_there_is_one_line_and_no_film() {
     let sized = |name, size, more: &[&'static str]| {
         [&turntable[..], &["-o", name, "--size", size], more].concat()
     };
-    for (ffmpeg, arguments, code, says) in [
+    for (ffmpeg, arguments, code, message) in [
         (None, sized("old.mp4", "96x64", &[]), 2, "PATH"),
         (Some(FAILS), sized("old.mp4", "96x64", &[]), 3, "Unknown encoder"),
         (Some(FAILS), sized("new.webm", "96x64", &[]), 3, "new.webm: "),
@@ -154,7 +154,7 @@ fn without_a_working_ffmpeg_there_is_one_line_and_no_film() {
         let output = run(&folder, ffmpeg, &arguments);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
         let line = one_line(&stderr(&output));
-        assert!(line.contains(says), "{line}");
+        assert!(line.contains(message), "{line}");
         assert_eq!(folder.names(), before, "{arguments:?}");
         assert_eq!(folder.read("old.mp4"), b"as it was");
     }

@@ -5,7 +5,7 @@ use crate::common::program::{Folder, stderr};
 #[test]
 fn a_sweep_writes_the_pictures_of_its_isovalues() {
     let folder = Folder::with_spectrum();
-    // Pictures of a sweep fit all of its surfaces, one alone its own.
+    // The camera of a sweep fits all of its surfaces, that of a single picture one surface.
     let size = ["--size", "96x64", "--fit", "volume"];
     let sweep = ["render", "s.isp", "--sweep", "80%:20%:3", "-o", "f%03d.png"];
     folder.run(&[&sweep[..], &size[..]].concat());
@@ -21,7 +21,7 @@ fn a_sweep_writes_the_pictures_of_its_isovalues() {
 #[test]
 fn errors_of_a_sweep_come_before_any_output() {
     let folder = Folder::with_spectrum();
-    for (sweep, output, code, says) in [
+    for (sweep, output, code, message) in [
         ("0%:100%:3", "f.png", 2, "%04d"),
         ("0%:100%:3", "f%d.jpg", 2, ".png"),
         ("0%:100%:3", "%d%d.png", 2, "%04d"),
@@ -31,7 +31,7 @@ fn errors_of_a_sweep_come_before_any_output() {
         ("0%:100%:3", "s.isp/f%d.png", 3, "s.isp"),
     ] {
         let line = folder.fails(&["render", "s.isp", "--sweep", sweep, "-o", output], code);
-        assert!(line.contains(says), "{line}");
+        assert!(line.contains(message), "{line}");
     }
     folder.fails(&["render", "s.isp", "-o", "f.png"], 2);
     folder.fails(&["render", "s.isp", "-c", "1", "--sweep", "0%:100%:3", "-o", "f%d.png"], 2);
@@ -62,15 +62,15 @@ fn empty_pictures_are_reported() {
 }
 
 #[test]
-fn each_flag_of_a_look_reaches_the_picture() {
+fn each_flag_of_appearance_changes_the_picture() {
     let folder = Folder::with_spectrum();
-    // A hollow half of a ball, so that it is seen from where one looks, and dark inside.
+    // A hollow half of a ball: its pictures from different sides differ, and occlusion darkens its inside.
     let base = ["render", "s.isp", "-c", "50%", "--clip", "x:50%", "--open", "--camera", "20,10"];
     let picture = |flags: &[&str]| {
         folder.run(&[&base[..], &["--size", "96x64", "-o", "p.png"], flags].concat());
         folder.read("p.png")
     };
-    let looks: [&[&str]; 6] = [
+    let appearances: [&[&str]; 6] = [
         &[],
         &["--orthographic"],
         &["--up", "-y"],
@@ -78,10 +78,15 @@ fn each_flag_of_a_look_reaches_the_picture() {
         &["--axes"],
         &["--axes", "--occlusion", "--orthographic", "--up", "x"],
     ];
-    let pictures = looks.map(picture);
-    for i in 0..looks.len() {
+    let pictures = appearances.map(picture);
+    for i in 0..appearances.len() {
         for j in 0..i {
-            assert!(pictures[i] != pictures[j], "{:?} shows what {:?} does", looks[i], looks[j]);
+            assert!(
+                pictures[i] != pictures[j],
+                "{:?} gives the same picture as {:?}",
+                appearances[i],
+                appearances[j]
+            );
         }
     }
     // The phantom's axes are those of the world.

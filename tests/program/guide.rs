@@ -107,7 +107,7 @@ fn cube(values: &[f32]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The files that pages name and do not make themselves.
+/// The input files that pages name.
 fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
     static INPUTS: OnceLock<Vec<(&str, Vec<u8>)>> = OnceLock::new();
     INPUTS.get_or_init(|| {
@@ -146,8 +146,10 @@ fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
 }
 
 /// Volumes of the pages, and smaller ones in their place.
-const SMALLER: [(&str, &str); 3] = [
+const SMALLER: [(&str, &str); 5] = [
     ("blobs_24x24x24_float32", "blobs_16x16x16_float32"),
+    ("simplified_24x24x24", "simplified_16x16x16"),
+    ("--brick 12", "--brick 8"),
     ("--phantom blobs:24", "--phantom blobs:16"),
     ("--phantom hydrogen:48", "--phantom hydrogen:20"),
 ];

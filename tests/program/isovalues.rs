@@ -1,16 +1,16 @@
-//! The notations of isovalues on the command line, against the samples that they refer to; several isovalues at once.
+//! The notations of isovalues on the command line, compared with the samples that they refer to; several isovalues at once.
 
 use crate::common::program::Folder;
 use isospectrum::volume::{Histogram, Samples, phantom};
 
 fn isovalue_of(folder: &Folder, spectrum: &str, written: &str) -> f64 {
-    let told = folder.run(&["extract", spectrum, "-c", written, "-o", "m.ply", "--json"]);
-    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
-    told["isovalue"].as_f64().expect("a number")
+    let output = folder.run(&["extract", spectrum, "-c", written, "-o", "m.ply", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    report["isovalue"].as_f64().expect("a number")
 }
 
 #[test]
-fn isovalues_are_written_by_the_range_and_by_the_samples() {
+fn isovalues_can_be_relative_to_the_range_and_to_the_samples() {
     let folder = Folder::with_spectrum();
     let volume = phantom("sphere:12").expect("a phantom");
     let Samples::F32(samples) = volume.samples() else { panic!("phantoms are of f32") };
@@ -54,12 +54,12 @@ fn ranges_and_sweeps_take_the_same_notation() {
     let folder = Folder::new();
     let arguments = ["compute", "--phantom", "sphere:12", "--backend", "cpu", "-o", "s.isp"];
     folder.run(&[&arguments[..], &["--range", "top:50%:p90"]].concat());
-    let told = folder.run(&["info", "s.isp", "--json"]);
-    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
+    let output = folder.run(&["info", "s.isp", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let volume = phantom("sphere:12").expect("a phantom");
     let histogram = Histogram::of(&volume);
     let expected = [50.0, 90.0].map(|p| histogram.percentile(p));
-    for (found, expected) in told["range"].as_array().expect("two").iter().zip(expected) {
+    for (found, expected) in report["range"].as_array().expect("two").iter().zip(expected) {
         assert_eq!(found.as_f64(), Some(expected));
     }
     let line = folder.fails(&["render", "s.isp", "--sweep", "top:90%:p60:3", "-o", "%d.png"], 4);
@@ -76,7 +76,7 @@ fn meshes_of_several_isovalues_are_numbered_files() {
     }
     let line = folder.fails(&["extract", "s.isp", "-c", "40%", "-c", "60%", "-o", "m.stl"], 2);
     assert!(line.contains("for the number"), "{line}");
-    // Nothing is written where one is wrong.
+    // If one isovalue is invalid, nothing is written.
     folder.fails(&["extract", "s.isp", "-c", "40%", "-c", "900%", "-o", "n-%d.stl"], 4);
     assert!(folder.names().iter().all(|name| !name.starts_with("n-")), "{:?}", folder.names());
 }

@@ -5,7 +5,7 @@ use crate::common::program;
 use crate::common::program::{Folder, stderr};
 use isospectrum::spectrum::Metadata;
 
-/// Sets the title of a window, clears the screen, and has a line that looks like one of ours.
+/// Sets the title of a window, clears the screen, and contains a line that imitates a message of the program.
 const TRAP: &str = "\u{1b}]0;gone\u{7}\u{1b}[2J\u{9b}2J\nisospectrum: all is well";
 
 /// The first control character of an output, if there is one.
@@ -54,7 +54,7 @@ fn control_characters_in_names_and_fields_are_escaped() {
         [format!("type: {escape}"), format!("type: uint8\nspace: {escape}"), format!("{escape}: 1")]
     {
         folder.write("a.nrrd", &nrrd(&field));
-        // Some are wrong, some are only passed over.
+        // Some are errors, some are skipped.
         let analyze = std::process::Command::new(program::path())
             .args(["analyze", "a.nrrd", "--samples", "2"])
             .current_dir(folder.path())
@@ -72,13 +72,13 @@ fn control_characters_in_a_spectrum_are_shown_escaped() {
     let folder = Folder::with_spectrum();
     let path = folder.path().join("s.isp");
     let spectrum = isospectrum::file::read(&path).expect("a spectrum");
-    let mut told = serde_json::json!(spectrum.parameters());
-    told["backend"] = TRAP.into();
-    told["counts"] = serde_json::json!({ TRAP: TRAP });
+    let mut metadata = serde_json::json!(spectrum.parameters());
+    metadata["backend"] = TRAP.into();
+    metadata["counts"] = serde_json::json!({ TRAP: TRAP });
     let spectrum = spectrum.changed(|about, _| {
         about.volume.name = TRAP.repeat(1000);
         about.volume.sample_type = TRAP.into();
-        about.parameters = Metadata::from_json(&told.to_string()).expect("JSON");
+        about.parameters = Metadata::from_json(&metadata.to_string()).expect("JSON");
     });
     let spectrum = spectrum.expect("valid");
     isospectrum::file::write(&spectrum, &path).expect("written");
@@ -181,7 +181,7 @@ fn too_little_memory_is_an_error_before_the_work() {
 }
 
 #[test]
-fn a_page_says_what_it_packs() {
+fn html_reports_what_it_packs() {
     let folder = Folder::with_spectrum();
     let text = stderr(&folder.run(&["html", "s.isp", "-o", "a.html"]));
     assert!(text.lines().next().is_some_and(|line| line.starts_with("packing ")), "{text}");

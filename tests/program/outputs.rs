@@ -7,7 +7,7 @@ use crate::common::program::{Folder, stderr};
 use crate::common::random::Random;
 use crate::common::synthetic::{Growth, growing_sphere};
 
-/// A volume that a computation is done with at once.
+/// A volume whose computation takes no time.
 fn write_volume(folder: &Folder, name: &str) -> Vec<u8> {
     let samples: Vec<u8> = (0..64).map(|i| if i == 21 { 200 } else { i }).collect();
     folder.write(name, &samples);
@@ -65,7 +65,7 @@ fn an_output_is_never_an_input() {
 
 #[cfg(unix)]
 #[test]
-fn a_link_of_either_kind_to_an_input_is_that_input() {
+fn hard_and_symbolic_links_to_an_input_are_recognised() {
     let folder = Folder::new();
     let volume = write_volume(&folder, "v_4x4x4_uint8.raw");
     let at = |name: &str| folder.path().join(name);
@@ -191,7 +191,7 @@ fn a_signal_stops_work_that_does_not_poll_for_it() {
     let noise = (0..96 * 96 * 96).flat_map(|_| (random.unit() as f32).to_le_bytes());
     let volume = "n_96x96x96_float32.raw";
     folder.write(volume, &noise.collect::<Vec<u8>>());
-    // Each says something else once the long work that the signal comes into is done.
+    // `done` would be printed after the work during which the signal is sent.
     for (arguments, begun, done) in [
         (&["compute", volume, "--backend", "cpu", "-o", "s.isp"][..], "96x96x96", "Forecast"),
         (&["analyze", volume, "--samples", "2"], "96x96x96", "critical points"),

@@ -1,7 +1,7 @@
-//! Meshes as programs of others read them: the validator of glTF and the importer of three.js, by `tests/page/readers.mjs`. What
-//! VTK, trimesh and USD read is tested with the Python package (`python/tests/test_readers.py`).
+//! Meshes in other programs: the validator of glTF and the importer of three.js, run by `tests/page/readers.mjs`. Files for VTK,
+//! trimesh and USD are tested with the Python package (`python/tests/test_readers.py`).
 //!
-//! It needs node and the packages of `tests/page`; it fails where they are missing and says what to install.
+//! It needs node and the packages of `tests/page`. Without them it fails and names what to install.
 
 use std::path::Path;
 use std::process::Command;
@@ -51,7 +51,7 @@ fn corner(frame: &serde_json::Value, name: &str) -> [f64; 3] {
 }
 
 #[test]
-fn the_validator_and_the_importer_of_others_take_every_kind_of_glb() {
+fn gltf_validator_and_three_js_accept_every_kind_of_glb() {
     let (folder, spectrum) = folder_with_spectrum();
     let base = ["extract", "s.isp", "-o"];
     folder.run(&[&base[..], &["one.glb", "-c", "50%"]].concat());
@@ -105,7 +105,7 @@ fn a_morphing_mesh_is_the_isosurface_at_each_of_its_isovalues() {
     assert!(printed.contains("4 morph targets"), "{printed}");
     let reports = inspect(&folder, &["m.glb"]);
     assert_eq!(reports[0]["messages"], serde_json::json!([]));
-    // Straight between the isovalues; a quarter and a half of the time are two of them, the end nearly the last.
+    // Linear between isovalues: a quarter and a half of the time are at isovalues, the end nearly at the last one.
     let frames = reports[0]["frames"].as_array().expect("frames");
     assert!(frames.iter().all(|frame| frame["nTriangles"] == frames[0]["nTriangles"]));
     for (frame, share) in [(0, 0.0), (2, 0.5), (3, 1.0)] {
@@ -125,14 +125,14 @@ fn a_morphing_mesh_is_the_isosurface_at_each_of_its_isovalues() {
 fn a_refused_morph_names_a_range_that_works() {
     let (folder, spectrum) = folder_with_spectrum();
     let (_, high) = quiet_range(&spectrum);
-    for (flags, says) in [
+    for (flags, message) in [
         (&["--sweep", "10%:90%:5", "-o", "m.glb"][..], "to morph over"),
         (&["--sweep", "10%:90%:40", "-o", "m.glb"], "2 to 33"),
         (&["--sweep", "10%:90%:5", "-o", "m.usda"], ".glb"),
         (&["-c", "50%", "-o", "m.glb"], "--sweep"),
     ] {
         let line = folder.fails(&[&["extract", "s.isp", "--morph", "-q"][..], flags].concat(), 2);
-        assert!(line.contains(says), "{line}");
+        assert!(line.contains(message), "{line}");
     }
     assert!(!folder.path().join("m.glb").exists());
     // The range in the error works.

@@ -1,5 +1,4 @@
-//! Volumes of other programs through the whole program: where they lie, what was done to them first, and that a spectrum
-//! keeps both.
+//! Volumes of other programs: a spectrum preserves their world frame and records their preparation.
 
 use std::path::Path;
 
@@ -29,7 +28,7 @@ fn a_sheared_scan_keeps_its_world_through_spectrum_and_mesh() {
     let file = folder.read("m.ply");
     let head = String::from_utf8_lossy(&file[..300]).into_owned();
     assert!(head.contains("comment SPACE=RAS\ncomment unit mm\n"), "{head}");
-    // Inside the box of the eight corners, of which the caps stick out by a tenth of a cell.
+    // Inside the box of the eight corners, enlarged by a tenth of a cell for caps.
     let entries: serde_json::Value =
         serde_json::from_str(include_str!("../oracle/values.json")).expect("JSON");
     let entry = entries.as_array().expect("a list").iter().find(|e| e["file"] == "nifti_f8.nii");
@@ -63,7 +62,7 @@ fn preparation_is_recorded_and_repeated_by_verify() {
     let done = &info["parameters"]["preparation"];
     assert_eq!(done["crop"], serde_json::json!([[2, 31], [0, 32], [1, 32]]));
     assert_eq!((&done["median"], &done["downsample"]), (&1.into(), &2.into()));
-    // The first block lies in the middle of samples 2 and 3, 0 and 1, 1 and 2.
+    // The first block averages samples 2 and 3, 0 and 1, 1 and 2.
     let placement = &info["volume"]["placement"];
     assert_eq!(placement["origin"], serde_json::json!([2.5, 0.5, 1.5]));
     assert_eq!(placement["spacing"], serde_json::json!([2.0, 2.0, 2.0]));
@@ -72,7 +71,7 @@ fn preparation_is_recorded_and_repeated_by_verify() {
     let report =
         json(&folder.run(&[&["verify", "s.isp", "--n", "6", "--json"], &volume[..]].concat()));
     assert_eq!(report["passed"], true, "{report}");
-    // Analyze looks at the same.
+    // Analyze uses the same volume.
     let analysis = json(&folder.run(&[&["analyze", "--json"], &volume[..], &steps].concat()));
     assert_eq!(analysis["dims"], serde_json::json!([14, 16, 15]));
     assert_eq!(analysis["n_events"], info["n_events"]);
@@ -83,7 +82,7 @@ fn options_that_do_not_fit_a_volume_are_errors_of_one_line() {
     let folder = folder_with("vti_raw.vti");
     folder.write("a_2x2x2_uint8.raw", &[1, 2, 3, 4, 5, 6, 7, 8]);
     let file = "vti_raw.vti";
-    // VTK marks an array as the active one, which is taken where none is named.
+    // VTK marks an active array, which is the default.
     folder.run(&["analyze", file, "--json"]);
     for (arguments, code, part) in [
         (&[file, "--array", "pressure"][..], 3, "density, velocity"),

@@ -35,7 +35,7 @@ fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
     window.point(400, 250);
     window.save_mesh("mine.ply");
     folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
-    assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is what extract writes");
+    assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is that of extract");
     // An error of saving is shown, and the dialog stays until Escape.
     window.input("key ctrl+s");
     window.input("key ctrl+a");
@@ -45,7 +45,7 @@ fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
     assert!(!folder.names().contains(&"mine.doc".to_owned()));
 
     open("torus.isp");
-    // The list of what is open is behind the buttons; closing shows the one before, as it was.
+    // The list of open spectra is behind the buttons; closing one shows the one before in its previous state.
     window.click(CLOSE.0, CLOSE.1);
     wait_for("the first one", || window.title().starts_with("s.isp").then_some(()));
     assert_eq!(window.seen().0, 0.2);

@@ -1,4 +1,4 @@
-//! A folder of parts in the window: no more of it is read than what is shown needs.
+//! A folder of parts in the window, which reads only the parts that it shows.
 
 use isospectrum::file::SpectrumFolder;
 
@@ -24,8 +24,8 @@ fn type_isovalue(window: &Window<'_>, isovalue: f64) {
 fn n_triangles(folder: &Folder, isovalue: f64) -> usize {
     let isovalue = isovalue.to_string();
     let mesh = ["extract", "s.ispt", "-c", &isovalue, "-o", "m.ply", "--json"];
-    let told = json(&folder.run(&mesh));
-    told["n_triangles"].as_u64().expect("a number") as usize
+    let report = json(&folder.run(&mesh));
+    report["n_triangles"].as_u64().expect("a number") as usize
 }
 
 /// Waits until the window shows an isovalue with so many triangles.
@@ -34,7 +34,7 @@ fn wait_for_mesh(window: &Window<'_>, isovalue: f64, n: usize) {
     wait_for(&title, || (window.title() == title).then_some(()));
 }
 
-/// Checks that the window shows what `render` draws of the folder.
+/// Checks that the window shows the picture that `render` draws of the folder.
 fn assert_rendered(window: &Window<'_>, folder: &Folder, isovalue: f64) {
     window.point(400, 250);
     window.input("key r");
@@ -49,7 +49,7 @@ fn assert_rendered(window: &Window<'_>, folder: &Folder, isovalue: f64) {
 }
 
 #[test]
-fn of_a_folder_no_more_is_read_than_is_shown() {
+fn the_window_reads_only_the_parts_that_it_shows() {
     let server = Server::start();
     let folder = Folder::new();
     let compute = ["compute", "--phantom", "noise:41:6", "--brick", "20", "--backend", "cpu"];
@@ -59,7 +59,7 @@ fn of_a_folder_no_more_is_read_than_is_shown() {
     let (low, high) = split.whole().range();
     let at = |share: f64| ((low + share * (high - low)) * 100.0).round() / 100.0;
 
-    // All that the first isovalue needs is there, and nothing else.
+    // Only the parts that the first isovalue needs exist.
     let first = at(0.12);
     let far = AHEAD * (high - low);
     let (mut needed, mut n_bytes) = (Vec::new(), 0);
@@ -90,7 +90,7 @@ fn of_a_folder_no_more_is_read_than_is_shown() {
     for name in &moved {
         std::fs::rename(away.join(name), path.join(name)).expect("there");
     }
-    // Anywhere else what is needed is read, for two isosurfaces too.
+    // At other isovalues the required parts are read, also for two isosurfaces.
     for share in [0.7, 0.12, 0.45] {
         type_isovalue(&window, at(share));
         wait_for_mesh(&window, at(share), n_triangles(&folder, at(share)));
@@ -102,7 +102,7 @@ fn of_a_folder_no_more_is_read_than_is_shown() {
     let n = n_triangles(&folder, at(0.45)) + n_triangles(&folder, at(0.12));
     wait_for_mesh(&window, at(0.45), n);
 
-    // The curves are computed when they are asked for.
+    // The curves are computed on request.
     let components = || server.screen().1.iter().filter(|&&p| p == COMPONENTS).count();
     let before = components();
     window.click(CURVES.0, CURVES.1);
@@ -114,5 +114,5 @@ fn of_a_folder_no_more_is_read_than_is_shown() {
     wait_for_mesh(&window, at(0.7), n_triangles(&folder, at(0.7)));
     window.point(400, 250);
     window.save_mesh("mine.ply");
-    assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is what extract writes");
+    assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is that of extract");
 }

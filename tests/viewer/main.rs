@@ -1,6 +1,6 @@
-//! The window as people use it: a real one on a virtual X server, driven by its mouse and keys.
+//! The window on a virtual X server, controlled with mouse and keys.
 //!
-//! `scripts/test-viewer` runs it. It needs Xvfb and xdotool and fails, never skips, without them.
+//! `scripts/test-viewer` runs these tests. They need Xvfb and xdotool and fail without them.
 //! The contents of the window are read from the server's frame buffer and from its title.
 
 #[path = "../common/mod.rs"]
@@ -8,9 +8,9 @@ mod common;
 
 mod files;
 mod folder;
-mod hand;
+mod input;
 mod panel;
+mod pictures;
 mod pointing;
 mod server;
-mod shows;
 mod window;

@@ -4,7 +4,7 @@ use super::server::{Server, wait_for};
 use super::window::{Picture, TIES, Window};
 use crate::common::program::Folder;
 
-/// Rows of the panel, from the top of the window; how far they are apart.
+/// Rows of the panel, from the top of the window, and the distance between rows.
 const OPACITY: i32 = 106;
 const PARALLEL: i32 = 129;
 const BACKGROUND: i32 = 151;
@@ -23,7 +23,7 @@ fn every_control_of_the_panel_works() {
     window.point(400, 250);
     let whole = window.picture();
 
-    // Half of the ball is gone, and one looks into it: everything stays where it is.
+    // The plane cuts off half of the ball; the camera does not move.
     window.click(746, CLIP);
     let clipped = window.picture();
     assert!(clipped.difference(&whole) > 0.05, "the plane cuts");
@@ -33,7 +33,7 @@ fn every_control_of_the_panel_works() {
 
     // To the middle of the slider of opacity.
     window.drag(1, (833, OPACITY), (790, OPACITY));
-    assert!(window.picture().difference(&whole) > 0.05, "one looks through");
+    assert!(window.picture().difference(&whole) > 0.05, "the surface is transparent");
     window.drag(1, (790, OPACITY), (850, OPACITY));
     assert!(window.picture().difference(&whole) < TIES, "opaque again");
 
@@ -84,14 +84,14 @@ fn isovalues_are_suggested_and_kept_next_to_each_other() {
         outer.covered() > 1.1 * inner.covered(),
         "the marked isovalue is that of a larger ball"
     );
-    // It stays, in a colour of its own, while the slider moves on.
+    // It stays, in another colour, while the slider moves.
     window.click(798, KEEP);
     window.type_isovalue("0.2");
     wait_for("two surfaces", || (window.seen().1 == n_inner + n_outer).then_some(()));
     window.point(400, 250);
     let both = window.picture();
     assert!(both.difference(&inner) > 0.05 && both.difference(&outer) > 0.05);
-    // And is taken away.
+    // It can be removed.
     window.click(903, KEEP + ROW);
     wait_for("one surface", || (window.seen().1 == n_inner).then_some(()));
     window.point(400, 250);
@@ -102,15 +102,16 @@ fn isovalues_are_suggested_and_kept_next_to_each_other() {
 fn surfaces_colours_and_a_plane_are_set_by_flags() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
-    let told = ["-c", "0.2=bone", "-c", "-0.2=skin@0.3", "--clip", "y:60%", "--background", "dark"];
-    let window = Window::open(&server, &folder, &[&["s.isp"][..], &told].concat());
+    let arguments =
+        ["-c", "0.2=bone", "-c", "-0.2=skin@0.3", "--clip", "y:60%", "--background", "dark"];
+    let window = Window::open(&server, &folder, &[&["s.isp"][..], &arguments].concat());
     window.point(400, 250);
     let seen = window.picture();
     let size = format!("{}x{}", seen.width, seen.height());
     let rest = ["--size", &size, "-o", "r.png"];
-    folder.run(&[&["render", "s.isp"][..], &told, &rest].concat());
+    folder.run(&[&["render", "s.isp"][..], &arguments, &rest].concat());
     let rendered = Picture::read(&folder.path().join("r.png"));
-    // The window fits the isosurface of the slider, `render` all of them: the larger one is seen nearer.
+    // The window fits the isosurface of the slider, `render` all of them, so the cameras differ.
     assert!(seen.covered() > 0.9 && rendered.covered() > 0.9, "both are dark");
     let colors = |picture: &Picture| {
         let is_bone = |p: &&[u8; 3]| p[0] > 150 && p[0] > p[2] && p[0] - p[2] < 60;

@@ -4,7 +4,7 @@ use super::server::{Server, wait_for};
 use super::window::Window;
 use crate::common::program::Folder;
 
-/// Two balls of 5 and 3 samples, apart: `s.isp`, where isovalues are minus the distance from the surface at 0.
+/// Two separate balls of 5 and 3 samples: `s.isp`. Isovalues are minus the distance from the surface at 0.
 fn two_balls() -> Folder {
     let folder = Folder::new();
     let sample = |i: usize| {
@@ -25,8 +25,8 @@ fn components_are_selected_hidden_and_followed_by_the_mouse() {
     let server = Server::start();
     let folder = two_balls();
     // From the front the balls are left and right.
-    let told = ["s.isp", "-c", "0", "--camera", "-90,0", "--mark", "1"];
-    let window = Window::open(&server, &folder, &told);
+    let arguments = ["s.isp", "-c", "0", "--camera", "-90,0", "--mark", "1"];
+    let window = Window::open(&server, &folder, &arguments);
     window.point(5, 5);
     let both = window.picture();
     let (_, n) = window.seen();
@@ -41,7 +41,7 @@ fn components_are_selected_hidden_and_followed_by_the_mouse() {
     window.point(x, y);
     window.input("key x");
     wait_for("the large one", || (window.seen().1 == large).then_some(()));
-    // It stays hidden where it is smaller, and what is saved has what is seen.
+    // It stays hidden where it is smaller, and saved meshes have the visible components.
     window.type_isovalue("1.5");
     let left = n_of("1.5", "10,9.5,9.5");
     wait_for("the large one, smaller", || (window.seen() == (1.5, left)).then_some(()));
@@ -52,7 +52,7 @@ fn components_are_selected_hidden_and_followed_by_the_mouse() {
     wait_for("the large one again", || (window.seen() == (0.0, large)).then_some(()));
     window.input("key a");
     wait_for("both", || (window.seen().1 == n).then_some(()));
-    // By the button, for a click; beyond its maximum nothing of it is left, and it comes back.
+    // With the button and a click. Beyond its maximum the component is gone; it is selected again when it comes back.
     window.click(818, KEEP_ONE);
     window.click(x, y);
     wait_for("the small one", || (window.seen().1 == small).then_some(()));
@@ -79,13 +79,13 @@ fn distances_and_positions_are_shown() {
     window.click(b.0, b.1);
     window.point(5, 5);
     let shown = window.screen(picture.width, picture.height());
-    // A line between the two, and otherwise only the cube: there is no surface half-way.
+    // Half-way there is no surface, so only the line and the cube are drawn.
     let (x, y) = ((a.0 + b.0) / 2, (a.1 + b.1) / 2);
     let at = |x: i32, y: i32| shown.pixels[y as usize * shown.width + x as usize];
     assert!((y - 2..=y + 2).any(|y| at(x, y)[0] < 160), "a line crosses the gap");
     let changed = shown.without_cube().difference(&picture.without_cube());
     assert!(0.0 < changed && changed < 0.02, "{changed}");
-    // Again, and it is gone.
+    // The same key removes the line.
     window.input("key m");
     let shown = window.screen(picture.width, picture.height());
     assert_eq!(shown.without_cube().difference(&picture.without_cube()), 0.0);
@@ -104,7 +104,7 @@ fn distances_and_positions_are_shown() {
 }
 
 #[test]
-fn a_click_on_the_cube_looks_from_there() {
+fn a_click_on_the_cube_turns_the_camera_to_that_side() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
     let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2", "--wireframe"]);
@@ -115,7 +115,7 @@ fn a_click_on_the_cube_looks_from_there() {
     assert!(from_x.difference(&first) > 0.01);
     window.input("key ctrl+z");
     wait_for("the view before", || (window.picture().difference(&first) == 0.0).then_some(()));
-    // The middle of the side towards +x, as it lies in the first view.
+    // The middle of the side towards +x in the first view.
     let cube = (first.width as i32 - 38, 38);
     window.click(cube.0 - 10, cube.1 + 5);
     window.point(400, 250);

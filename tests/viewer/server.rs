@@ -1,4 +1,4 @@
-//! A virtual X server, and how long things may take on it.
+//! A virtual X server, and time limits.
 
 use std::io::{BufRead as _, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -44,7 +44,7 @@ impl Server {
         String::from_utf8_lossy(&output.stdout).trim().to_owned()
     }
 
-    /// What is on the screen: width and red, green, blue of each pixel. The format is that of xwd:
+    /// The screen: width and red, green, blue of each pixel. The format is that of xwd:
     /// a head of 25 numbers, colours, then rows of four bytes a pixel.
     pub(crate) fn screen(&self) -> (usize, Vec<[u8; 3]>) {
         let bytes = std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the screen");

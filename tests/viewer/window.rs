@@ -9,14 +9,14 @@ use std::thread::sleep;
 use super::server::{EVENT_INTERVAL, Server, wait_for};
 use crate::common::program::{self, Folder};
 
-/// Channels of a pixel may differ by this much between two ways to the same picture: rounding once.
+/// Maximum difference of a channel between two ways to the same picture: one rounding.
 const SAME: u8 = 1;
 
-/// Share of pixels that may differ more: where two triangles are equally far, the first one drawn is
-/// seen, and a window draws in the order in which triangles came to life.
+/// Share of pixels that may differ more: of two triangles at equal depth the first one drawn is visible, and a window draws in
+/// the order in which triangles became active.
 pub(crate) const TIES: f64 = 1e-3;
 
-/// Side of the corner in which the cube lies, pixels.
+/// Side of the corner with the cube, pixels.
 const CUBE: usize = 72;
 
 /// A window on the server.
@@ -52,7 +52,7 @@ impl<'a> Window<'a> {
             if let Some(status) = window.process.try_wait().expect("a state") {
                 panic!("the window ended: {status}");
             }
-            // One that is not seen yet takes no focus.
+            // A window that is not visible yet takes no focus.
             let found = server.xdotool(&format!("search --onlyvisible --name {word}"));
             found.lines().next().map(str::to_owned)
         });
@@ -188,7 +188,7 @@ impl Picture {
         n as f64 / self.pixels.len() as f64
     }
 
-    /// Without the corner in which the cube lies.
+    /// Without the corner with the cube.
     pub(crate) fn without_cube(&self) -> Self {
         let mut picture = self.clone();
         for y in 0..CUBE {

@@ -259,7 +259,7 @@ class Spectrum:
         still
             Include a picture for readers without WebGPU and WebGL. It needs a GPU adapter, and is left out without one.
         """
-        sight = self._sight(locals())
+        appearance = self._appearance_arguments(locals())
         page = self._native.html(
             [] if c is None else self._surfaces(c),
             title,
@@ -269,7 +269,7 @@ class Spectrum:
             None if range is None else _pair(range, self),
             tolerance,
             step,
-            sight,
+            appearance,
             None if volume is None else _volume_like(volume, self),
             None if color_by is None else _field_like(color_by, self),
             still,
@@ -366,11 +366,11 @@ class Spectrum:
         if label is not None:
             label = label.replace("{isovalue}", ", ".join(f"{one[0]:.6g}" for one in surfaces))
         width, height = (int(n) for n in size)
-        sight = self._sight(locals())
+        appearance = self._appearance_arguments(locals())
         native = self._native.render(
             surfaces,
             (width, height),
-            sight,
+            appearance,
             legend,
             scale_bar,
             label,
@@ -381,7 +381,7 @@ class Spectrum:
         )
         return Picture.of(native)
 
-    def _sight(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    def _appearance_arguments(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """The arguments of a method that describe the appearance, converted for the library."""
         texts = ("up", "color", "color_map", "color_center", "background", "light")
         flags = ("orthographic", "occlusion", "wireframe", "axes")

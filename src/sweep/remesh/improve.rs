@@ -48,7 +48,7 @@ struct Fresh {
     part: MeshPart,
     made: Tracked,
     /// The vertices that do not move.
-    held: Vec<Vertex>,
+    pinned: Vec<Vertex>,
 }
 
 impl Improvement<'_> {
@@ -66,7 +66,7 @@ impl Improvement<'_> {
         Ok(all.into_iter().map(Fresh::exchanged).collect())
     }
 
-    /// Remeshes everything that is not held.
+    /// Remeshes all parts; their pinned vertices do not move.
     fn remesh(&self, all: &mut [Fresh], kernels: &mut dyn Kernels) -> Result<()> {
         let criteria = Criteria::new(self.field, self.isovalue, self.parameters);
         all.iter_mut().for_each(|fresh| fresh.pin(true));
@@ -139,14 +139,14 @@ impl Fresh {
         let made = made.ok()?;
         let moves = |v: Vertex| origin(v.0).is_none_or(is_new);
         let still = made.mesh.vertices().filter(|&v| !made.mesh.is_fixed(v) && !moves(v));
-        let held = still.collect();
-        Some(Fresh { part, made, held })
+        let pinned = still.collect();
+        Some(Fresh { part, made, pinned })
     }
 
-    fn pin(&mut self, pinned: bool) {
-        for &v in &self.held {
+    fn pin(&mut self, is_pinned: bool) {
+        for &v in &self.pinned {
             if self.made.mesh.has_vertex(v) {
-                self.made.mesh.set_pinned(v, pinned);
+                self.made.mesh.set_pinned(v, is_pinned);
             }
         }
     }

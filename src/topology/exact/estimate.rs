@@ -2,7 +2,7 @@
 //!
 //! Running error analysis (Higham, Accuracy and Stability of Numerical Algorithms, 3.3): every
 //! operation adds its rounding error, at most half a unit in the last place. A whole unit is
-//! charged instead, and the sign test asks for a little more, which covers the rounding of the
+//! charged instead, and the sign test requires a little more, which covers the rounding of the
 //! bounds themselves.
 
 use std::cmp::Ordering;

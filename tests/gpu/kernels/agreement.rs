@@ -16,9 +16,8 @@ use std::sync::Arc;
 /// a slope that may be a tenth of its mean.
 const POSITION_TOLERANCE: f32 = 2e-5;
 
-/// Share of vertices of a noise field that rounding may send another way (another piece of the
-/// cubic, another cell at an edge). Such a vertex is decided within about 1e-5 of a tie, and each
-/// takes fewer than ten decisions.
+/// Share of vertices of a noise field for which rounding may change a decision (another piece of the cubic, another cell at an
+/// edge). A decision is a tie to within about 1e-5, and each vertex takes fewer than ten.
 const UNDECIDED: f64 = 1e-3;
 
 /// Normals of faces of size one at coordinates up to 32: spokes carry no rounding at all, cross
@@ -52,7 +51,7 @@ fn ball() -> (Arc<Volume>, Mesh) {
 }
 
 #[test]
-fn the_gpu_suite_runs_on_a_gpu_back_end() {
+fn the_gpu_suite_runs_on_a_gpu() {
     let name = PIPELINES.gpu().name();
     assert!(["vulkan", "metal", "dx12"].iter().any(|b| name.contains(b)), "{name}");
 }

@@ -32,7 +32,7 @@ fn a_gpu_by_an_unknown_name_is_an_error_that_lists_the_known_ones() {
 }
 
 #[test]
-fn the_cpu_is_always_there() {
+fn the_cpu_backend_is_always_available() {
     let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
     assert_eq!(backend.name(), "cpu");
 }
@@ -112,7 +112,7 @@ fn a_step_is_one_submission_and_one_read_back() {
 }
 
 #[test]
-fn an_empty_mesh_is_no_work() {
+fn kernels_accept_an_empty_mesh() {
     let volume = noise([8, 8, 8], &mut Random(1));
     let empty = isospectrum::unstable::kernels::Connectivity {
         ring_offsets: vec![0],

@@ -17,7 +17,7 @@ pub(crate) type Backend = fn(&Arc<Volume>) -> Box<dyn Kernels + Send>;
 /// these fields, plus the rounding of values (5e-7).
 const VALUE_TOLERANCE: f64 = 4e-6;
 
-/// Positions of two right answers may differ by the rounding of coordinates up to 64 (4e-6) and of
+/// Positions of two correct results may differ by the rounding of coordinates up to 64 (4e-6) and of
 /// the distance along a ray with a slope of at least a tenth of its length, ten times that.
 const POSITION_TOLERANCE: f32 = 5e-5;
 
@@ -90,7 +90,7 @@ pub(crate) fn a_linear_field_is_reached_exactly_along_normals_then_gradient(back
             let (p, n) = (Vec3::from(mesh.positions[i]), Vec3::from(normals[i]));
             let missing = isovalue as f32 - (g.dot(p) + 7.0);
             let (expected, margin) = linear_answer(p, n, g, missing, reach);
-            // At exactly the reach rounding decides.
+            // At exactly the maximum distance, rounding decides.
             if margin < 1e-3 {
                 continue;
             }
@@ -177,7 +177,7 @@ pub(crate) fn a_step_stays_on_its_own_of_two_close_sheets(backend: Backend) {
     // A wall 0.3 voxel thick at isovalue 0.9 along x = 8: f rises to 1 at x = 8 and falls again.
     let v = sampled([17, 17, 17], [1.0; 3], |p| 1.0 - 0.6666667 * (p[0] - 8.0).abs());
     let mut random = Random(3);
-    // Vertices of tetrahedra on the lower side of the wall, thinner than the gap, normals anyhow.
+    // Vertices of tetrahedra on the lower side of the wall, thinner than the gap, with arbitrary normals.
     let mesh = Mesh::tetrahedra(
         400,
         Vec3::new(7.6, 3.0, 3.0),
@@ -197,19 +197,19 @@ pub(crate) fn a_step_stays_on_its_own_of_two_close_sheets(backend: Backend) {
     }
 }
 
-/// Noise, and a mesh in it of which about every other vertex is held.
-fn half_held_in_noise(random: &mut Random) -> (Arc<Volume>, Mesh) {
+/// Noise, and a mesh in it of which about every other vertex is constrained.
+fn half_constrained_in_noise(random: &mut Random) -> (Arc<Volume>, Mesh) {
     let v = noise([12, 13, 14], random);
     let top = Vec3::new(11.0, 12.0, 13.0);
     let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, random);
-    for held in &mut mesh.connectivity.held {
-        *held = random.below(2) as u8;
+    for constrained in &mut mesh.connectivity.constrained {
+        *constrained = random.below(2) as u8;
     }
     (v, mesh)
 }
 
 pub(crate) fn held_vertices_do_not_move(backend: Backend) {
-    let (v, mesh) = half_held_in_noise(&mut Random(11));
+    let (v, mesh) = half_constrained_in_noise(&mut Random(11));
     let mut kernels = backend(&v);
     kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
     let Advanced { status, .. } = project(&mut *kernels, &[127.0], 2.0);
@@ -218,15 +218,15 @@ pub(crate) fn held_vertices_do_not_move(backend: Backend) {
     let Advanced { positions, .. } = relaxed(&mut *kernels, relaxation);
     let mut n_moved = [0; 2];
     for (i, p) in positions.into_iter().enumerate() {
-        let held = mesh.connectivity.held[i];
-        n_moved[usize::from(held)] += usize::from(p != mesh.positions[i]);
-        assert!(held == 0 || status[i] == Status::Reached, "vertex {i}: {:?}", status[i]);
+        let constrained = mesh.connectivity.constrained[i];
+        n_moved[usize::from(constrained)] += usize::from(p != mesh.positions[i]);
+        assert!(constrained == 0 || status[i] == Status::Reached, "vertex {i}: {:?}", status[i]);
     }
-    assert!(n_moved[0] > 500 && n_moved[1] == 0, "free and held: {n_moved:?} have moved");
+    assert!(n_moved[0] > 500 && n_moved[1] == 0, "free and constrained: {n_moved:?} have moved");
 }
 
 pub(crate) fn an_advance_is_its_projections_and_its_relaxation(backend: Backend) {
-    let (v, mesh) = half_held_in_noise(&mut Random(12));
+    let (v, mesh) = half_constrained_in_noise(&mut Random(12));
     let mut kernels = backend(&v);
     let relaxation =
         Relaxation { isovalue: 127.0, strength: 0.6, threshold: 1e-6, max_iterations: 1 };
@@ -252,7 +252,7 @@ pub(crate) fn an_advance_is_its_projections_and_its_relaxation(backend: Backend)
 
 pub(crate) fn held_vertices_move_to_their_ends(backend: Backend) {
     let mut random = Random(13);
-    let (v, mesh) = half_held_in_noise(&mut random);
+    let (v, mesh) = half_constrained_in_noise(&mut random);
     let top = Vec3::new(11.0, 12.0, 13.0);
     let mut end = || std::array::from_fn(|a| random.unit() as f32 * top[a]);
     let ends: Vec<[f32; 3]> = mesh.positions.iter().map(|_| end()).collect();
@@ -271,18 +271,21 @@ pub(crate) fn held_vertices_move_to_their_ends(backend: Backend) {
         };
         kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
         let Advanced { positions, status, .. } = kernels.advance(&advance).expect("advances");
-        let (mut n_held, mut n_reached) = (0, 0);
+        let (mut n_constrained, mut n_reached) = (0, 0);
         for (i, p) in positions.into_iter().enumerate() {
-            if mesh.connectivity.held[i] != 0 {
+            if mesh.connectivity.constrained[i] != 0 {
                 assert_eq!(p, ends[i], "vertex {i} after {isovalues:?}");
-                n_held += 1;
+                n_constrained += 1;
             } else if status[i] != Status::Failed {
                 let off = (at(&v, p) - 127.0).abs();
                 assert!(off <= VALUE_TOLERANCE * range(&v) * 10.0, "vertex {i}: {off}");
                 n_reached += 1;
             }
         }
-        assert!(n_held > 500 && n_reached > 500, "{n_held} held, {n_reached} reached");
+        assert!(
+            n_constrained > 500 && n_reached > 500,
+            "{n_constrained} constrained, {n_reached} reached"
+        );
     }
 }
 
@@ -299,7 +302,7 @@ pub(crate) fn a_plateau_of_bytes_is_crossed_or_the_vertex_stays(backend: Backend
     for (i, p) in positions.into_iter().enumerate() {
         counts[status[i] as usize] += 1;
         let n = Vec3::from(normals[i]);
-        // Uphill is along the inward normal or, that failing, outward; x = 8.5 is the isosurface.
+        // The field rises along the inward or the outward normal; the isosurface is at x = 8.5.
         let along = (8.5 - mesh.positions[i][0]) / n.x.abs();
         if status[i] == Status::Failed {
             assert_eq!(p, mesh.positions[i]);

@@ -1,4 +1,4 @@
-//! The box of the volume and the axes of the world: where they are, and what hides them.
+//! The box of the volume and the axes of the world: their positions and their visibility.
 
 use isospectrum::render::{BORDER, Background, Image, Surface, View};
 
@@ -42,7 +42,7 @@ fn the_box_is_where_a_projection_by_hand_puts_it_and_behind_what_hides_it() {
     let view = small("35,22").with_axes(true).with_background(Background::White);
     let mut renderer = isospectrum::render::Renderer::new(gpu(), &spectrum).expect("a renderer");
     for view in [view.clone(), parallel(view.clone())] {
-        // Nothing but the box and the axes: a surface that one sees nothing of.
+        // Only the box and the axes: the surface is invisible.
         let nothing = Surface { opacity: Some(0.0), ..Surface::from(0.0) };
         let image = renderer.draw_all(&[nothing], &view).expect("a picture");
         let points = along_edges(&[0.07, 0.31, 0.5, 0.77, 0.93]);
@@ -70,7 +70,7 @@ fn the_box_is_where_a_projection_by_hand_puts_it_and_behind_what_hides_it() {
             assert!(off(inwards(near, axis)) > 20, "the near corner is seen");
         }
     }
-    // From inside what lies behind the eye is not drawn, and what lies before it still is.
+    // Inside the box, only edges in front of the eye are drawn.
     let inside = small("0,0,0.1").with_axes(true).with_background(Background::White);
     let nothing = Surface { opacity: Some(0.0), ..Surface::from(0.0) };
     let image = renderer.draw_all(&[nothing], &inside).expect("a picture");

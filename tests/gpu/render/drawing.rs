@@ -160,7 +160,7 @@ pub(crate) fn coverage(image: &Image) -> (f64, [f64; 2]) {
 }
 
 /// The position of a point of the voxel frame in the picture, pixels from the top left, and its depth in front of the
-/// eye, voxels: written down from the documentation of the camera, with no matrix.
+/// eye, voxels: from the documentation of the camera, without matrices.
 pub(crate) fn project(volume: &VolumeInfo, view: &View, p: [f64; 3]) -> ([f64; 2], f64) {
     let Camera { azimuth, elevation, distance, orthographic, up: _ } = view.camera;
     let (sin_a, cos_a) = azimuth.to_radians().sin_cos();

@@ -11,17 +11,17 @@ use crate::common::random::Random;
 use crate::common::spectra::{in_grey_levels, phantom_volume, swept, swept_with};
 use crate::render::drawing::{dot, gpu, unit};
 
-/// Most of the area, as a share, that may be shaded wrong: slivers, whose own normals are rounding.
+/// Maximum share of the area with wrong shading: slivers, whose own normals are dominated by rounding.
 const LARGEST_SHARE: f64 = 0.001;
 
-/// A small smooth field in a few levels: where events crowd the exact extraction shows, whose vertices have their
-/// knots at samples, far from where their triangles live.
+/// A small smooth field in a few levels: many events are close, so much of the mesh is the exact extraction, whose vertices have
+/// knots at samples, far from the isovalues of their triangles.
 fn levels(seed: u64) -> Spectrum {
     let smooth = phantom_volume(&format!("noise:10:{seed}"));
     swept(&Arc::new(in_grey_levels(&smooth, 24.0)))
 }
 
-/// Area-weighted normals of a mesh, caps only where there is nothing else; zero where nothing has an area.
+/// Area-weighted normals of a mesh, from caps only at vertices of caps alone; zero without area.
 fn area_weighted(mesh: &Mesh) -> Vec<[f64; 3]> {
     let mut sums = vec![[[0.0; 3]; 2]; mesh.positions.len()];
     for (corners, &is_cap) in mesh.triangles.iter().zip(&mesh.caps) {

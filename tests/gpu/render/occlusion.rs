@@ -1,4 +1,4 @@
-//! Hollows are darker, and nothing else is.
+//! Ambient occlusion darkens hollows, and nothing else.
 
 use isospectrum::render::{Background, Surface, View, linear};
 use isospectrum::spectrum::Spectrum;
@@ -23,7 +23,7 @@ fn occluded(view: &View) -> View {
     view.clone().with_occlusion(true)
 }
 
-/// How much light a pixel has with occlusion of what it has without, at a place of the first ball so many voxels from where
+/// The brightness of a pixel with occlusion over that without, at a point of the first ball so many voxels from the point where
 /// the balls touch.
 fn light_left(spectrum: &Spectrum, view: &View, from_touch: f64) -> f64 {
     let y = 10.0 - from_touch;
@@ -37,7 +37,7 @@ fn light_left(spectrum: &Spectrum, view: &View, from_touch: f64) -> f64 {
 }
 
 #[test]
-fn hollows_are_darker_the_deeper_they_are_in_pictures_of_any_size() {
+fn deeper_hollows_are_darker_in_pictures_of_any_size() {
     let spectrum = touching();
     let small = small("0,0");
     for small in [small.clone(), parallel(small)] {
@@ -50,8 +50,8 @@ fn hollows_are_darker_the_deeper_they_are_in_pictures_of_any_size() {
             assert!((top - 1.0).abs() < 0.03, "{top} on top");
             [deep, slope]
         });
-        // How far things darken each other is a share of the picture's height. A pixel of the small one is 0.1 voxels, over
-        // which a third of the light comes and goes.
+        // The radius of occlusion is a share of the picture's height. A pixel of the small picture is 0.1 voxels, over which the
+        // brightness changes by a third.
         for (a, b) in small.into_iter().zip(large) {
             assert!((a - b).abs() < 0.1, "{a} in the small picture, {b} in the large one");
         }
@@ -66,7 +66,7 @@ fn background_and_outlines_are_not_darkened() {
     let alpha = |image: &isospectrum::render::Image| -> Vec<u8> {
         image.pixels.iter().skip(3).step_by(4).copied().collect()
     };
-    assert!(alpha(&plain) == alpha(&dark), "what is covered is covered");
+    assert!(alpha(&plain) == alpha(&dark), "the same pixels are covered");
     let white = view.clone().with_background(Background::White);
     let image = draw(&spectrum, 0.5, &occluded(&white));
     let n_wrong = (image.pixels.chunks_exact(4).zip(alpha(&plain)))
@@ -80,7 +80,7 @@ fn background_and_outlines_are_not_darkened() {
 }
 
 #[test]
-fn transparent_surfaces_are_not_darkened_and_hide_no_darkness() {
+fn transparent_surfaces_neither_receive_nor_hide_occlusion() {
     let spectrum = touching();
     let view = small("0,0").with_background(Background::White);
     let clear = view.clone().with_opacity(0.5);

@@ -1,4 +1,4 @@
-//! Parallel projection: what depth does not change, and what the scale bar says.
+//! Parallel projection: sizes do not depend on depth, and the scale bar is correct.
 
 use std::f64::consts::PI;
 
@@ -34,13 +34,13 @@ fn size_does_not_depend_on_distance() {
     for found in [near, far] {
         assert!((found - wanted).abs() < tolerance, "{found} pixels, not {wanted}");
     }
-    // The same pixels are covered but for where both balls lie between samples, which is in the same place.
+    // The same pixels are covered: both balls have the same position relative to the samples of pixels.
     assert!((near - far).abs() < 0.05, "{near} near and {far} far");
     let [near, far] = radii(&small("0,0"));
     assert!(near > 1.2 * far, "in perspective {near} near and {far} far");
 }
 
-/// By how much two edges of a parallelogram that goes into depth differ in a picture, pixels.
+/// The difference of two opposite edges, in a picture, of a parallelogram that extends in depth, pixels.
 fn spread_of_edges(view: &View) -> f64 {
     let corners = [[2.0, 6.0, 9.0], [18.0, 6.0, 9.0], [2.0, 14.0, 12.0], [18.0, 14.0, 12.0]];
     let places = corners.map(|corner| {
@@ -96,8 +96,8 @@ fn the_target_keeps_its_size_when_the_projection_changes() {
     let first = view.clone();
     // A point next to the target, at the same distance.
     let (sin, cos) = view.camera.azimuth.to_radians().sin_cos();
-    let beside = [MIDDLE[0] - 5.0 * sin, MIDDLE[1] + 5.0 * cos, MIDDLE[2]];
-    let place = |view: &View| project(spectrum.volume(), view, beside).0;
+    let point = [MIDDLE[0] - 5.0 * sin, MIDDLE[1] + 5.0 * cos, MIDDLE[2]];
+    let place = |view: &View| project(spectrum.volume(), view, point).0;
     let before = place(&view);
     view.set_orthographic(spectrum.volume(), true);
     assert!(view.camera.orthographic && view.camera.distance > first.camera.distance);

@@ -1,4 +1,4 @@
-//! Pictures all around the direction upwards: each is the first one of an object that is turned the other way.
+//! Pictures around the upward direction: each equals the first one of an object that is turned the other way.
 
 use isospectrum::render::{Axis, Background, Camera, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
@@ -13,8 +13,8 @@ const MIN_DIFFERENCE: u8 = 8;
 /// precision may shift across one of the four samples of a pixel.
 const MAX_DIFFERENT_SHARE: f64 = 0.002;
 
-/// Balls here and there in a volume that is longer than wide, turned by degrees about an axis of it through its middle
-/// (0 to 2; counter-clockwise where the axis comes towards the eye).
+/// Balls in a volume that is longer than wide, rotated by degrees about an axis (0 to 2) through its middle, counter-clockwise
+/// when the axis points towards the eye.
 fn balls(axis: usize, degrees: f64) -> Spectrum {
     let dims = [31, 21, 13];
     let middle = dims.map(|n| 0.5 * (f64::from(n) - 1.0));
@@ -83,7 +83,7 @@ fn each_picture_of_a_turntable_is_the_first_one_of_the_turned_object() {
 
 #[test]
 fn a_turntable_fits_its_box_in_all_pictures_and_touches_the_margin_in_one() {
-    // A rod of 26 voxels: from its side it is long, from its end a point.
+    // A rod of 26 voxels: long from the side, a disc from its end.
     let mut spectrum = empty(Placement::default(), [31, 21, 13], vec![0.0, 2.0], (0.0, 1.0));
     for x in 2..=28 {
         let at = [f64::from(x), 10.0, 6.0];
@@ -101,7 +101,7 @@ fn a_turntable_fits_its_box_in_all_pictures_and_touches_the_margin_in_one() {
         };
         let all: Vec<f64> =
             view.turntable(spectrum.volume(), bounds, 4).iter().map(reach).collect();
-        // A pixel is 1/160; the rod's ends are round and reach into the corners of no box.
+        // A pixel is 1/160; the rod's ends are round, so they do not reach the corners of its box.
         let most = all.iter().copied().fold(0.0, f64::max);
         assert!((0.85..=0.95).contains(&most), "{all:?}");
         assert!(all[0] < 0.3, "its end is seen first: {all:?}");

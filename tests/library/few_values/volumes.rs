@@ -10,7 +10,7 @@ use crate::common::random::Random;
 /// The number of kinds of values.
 const KINDS: u64 = 6;
 
-/// So many kinds of values and of how they lie in the volume, each with each.
+/// Number of combinations of kinds of values and kinds of places.
 pub(crate) const N_KINDS: u64 = 5 * KINDS;
 
 /// A volume of some kind, with at most `most` samples along an axis and 3 to 40 different values.

@@ -98,9 +98,9 @@ fn filters_keep_integers_small_and_do_not_depend_on_threads() {
     let again = pool.install(|| all.apply(volume)).expect("a volume");
     assert_eq!(once.samples(), again.samples());
     // The recorded preparation is repeated.
-    let spectrum = |told: serde_json::Value| {
+    let spectrum = |metadata: serde_json::Value| {
         let mut about = About::new(once.info(), once.range(), 0.1);
-        about.parameters = Metadata::from_json(&told.to_string()).expect("JSON");
+        about.parameters = Metadata::from_json(&metadata.to_string()).expect("JSON");
         Spectrum::from_patch(about, Patch::default()).expect("a spectrum without triangles")
     };
     let done = spectrum(serde_json::json!({ "preparation": all })).preparation();

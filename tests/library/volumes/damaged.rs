@@ -1,4 +1,4 @@
-//! Files that must be refused with one clear line: never a panic, never memory not earned.
+//! Files that must be refused with one line: no panic, and no allocation that their length does not justify.
 
 use isospectrum::Error;
 use isospectrum::volume::{ReadOptions, read_volume};
@@ -52,7 +52,7 @@ fn the_content_of_every_reader_ends_where_its_file_ends() {
     let numbers = data.iter().map(|v| format!("{v} ")).collect::<String>() + "\n";
     let raw = nrrd_header("uchar", "encoding: raw\n");
     let gz = nrrd_header("uchar", "encoding: gzip\n");
-    // The number of bytes at the end that are white space or repeat nothing a reader needs.
+    // The number of bytes at the end that no reader needs.
     for (name, bytes, n_spare) in [
         ("a_2x3x4_uint8.raw", data.clone(), 0),
         ("a.npy", npy_bytes("|u1", "False", "(4, 3, 2)", &data), 0),
@@ -95,7 +95,7 @@ fn no_changed_byte_makes_a_reader_panic() {
 }
 
 #[test]
-fn headers_cannot_ask_for_memory_their_file_has_not_earned() {
+fn headers_cannot_cause_allocations_larger_than_their_file_justifies() {
     let folder = folder();
     for dims in ["1000000x1000000x1000000", "4294967296x4294967296x4294967296"] {
         let raw = write(&folder, &format!("a_{dims}_float64.raw"), &[0; 64]);
@@ -120,7 +120,7 @@ fn headers_cannot_ask_for_memory_their_file_has_not_earned() {
 }
 
 #[test]
-fn gzip_data_longer_than_the_header_says_are_not_inflated() {
+fn gzip_data_longer_than_the_header_declares_are_not_inflated() {
     let folder = folder();
     let header = nrrd_header("uchar", "encoding: gzip\n");
     let bomb = gzipped(&vec![7; 1 << 24]);

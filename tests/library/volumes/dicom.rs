@@ -52,7 +52,7 @@ fn one_of_several_series_is_chosen_by_number_or_identifier() {
 }
 
 #[test]
-fn a_slice_stands_for_its_series() {
+fn one_slice_selects_its_series() {
     let folder = copy("dicom_two");
     let slice = folder.path().join("two_1_8.dcm");
     assert_eq!(read_ok(&slice).dims(), [8, 7, 3]);

@@ -118,7 +118,7 @@ fn noise_depends_on_its_seed_and_is_smooth_from_sample_to_sample() {
     let n = f.len() as f64;
     let mean = f.iter().sum::<f64>() / n;
     let variance = f.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
-    // 64 waves of variance 1/64, less what the cube is too small to average.
+    // 64 waves of variance 1/64; the cube is too small to average them completely.
     assert!(mean.abs() < 0.3 && (0.7..1.3).contains(&variance), "{mean} {variance}");
     // A wave k changes by 2 (1 - cos k) <= k^2 of its variance per step; over a ball of radius
     // pi/3 the mean of k_x^2 is (pi/3)^2 / 5 = 0.22. White noise would have 2.

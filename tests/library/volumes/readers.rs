@@ -11,8 +11,8 @@ use crate::volumes::{
     read_ok, write,
 };
 
-/// One type: its name, its NRRD name, its NumPy code, the known samples in both byte orders
-/// (little, big) and what a volume holds of them.
+/// A sample type: its name, its NRRD name, its NumPy code, known samples in both byte orders (little, big), and the
+/// samples of the volume.
 struct Kind {
     name: &'static str,
     nrrd: &'static str,
@@ -87,8 +87,8 @@ fn text_nrrd_is_read_in_every_type() {
     let folder = folder();
     for kind in kinds() {
         // Such as U8([1, 2]).
-        let told = format!("{:?}", kind.samples);
-        let numbers = told.split_once('(').expect("a variant").1.trim_end_matches(')');
+        let variant = format!("{:?}", kind.samples);
+        let numbers = variant.split_once('(').expect("a variant").1.trim_end_matches(')');
         let text = numbers.trim_matches(['[', ']']).replace(".0,", ",").replace(".0", "");
         let header = nrrd_header(kind.nrrd, "encoding: ascii\n");
         let path = write(&folder, "a.nrrd", &[&header[..], text.as_bytes(), b"\n"].concat());
@@ -209,7 +209,7 @@ fn nrrd_space_is_the_world_frame() {
     assert_eq!((placement.space, placement.unit), (Space::Unknown, Unit::Um));
     let flat = "space directions: (1,0,0) (0,1,0) (1,1,0)\nencoding: raw\n";
     assert_mentions(&message(&place(flat)), &["axis directions", "linearly independent"]);
-    // Left-anterior-superior becomes RAS, and lies where it did.
+    // Left-anterior-superior becomes RAS; world positions are unchanged.
     let las = "space: LAS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (5,6,7)\nencoding: raw\n";
     let placement = *read_ok(&place(las)).placement();
     assert_eq!((placement.space, placement.origin), (Space::Ras, [-5.0, 6.0, 7.0]));
@@ -228,7 +228,7 @@ fn raw_data_are_inflated_and_described_by_a_header_file() {
     }
     let raw = write(&folder, "scan.raw", &data);
     assert_mentions(&message(&raw), &["no dimensions"]);
-    // A header of another file does not count.
+    // The header of another file is not used.
     let head = "NDims = 3\nDimSize = 2 3 4\nElementType = MET_UCHAR\nElementSpacing = 1 2 3\n";
     write(&folder, "scan.mhd", format!("{head}ElementDataFile = other.raw\n").as_bytes());
     assert_mentions(&message(&raw), &["no dimensions"]);

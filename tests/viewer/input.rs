@@ -7,7 +7,7 @@ use super::window::Window;
 use crate::common::program::Folder;
 
 #[test]
-fn the_hand_moves_the_surface() {
+fn mouse_and_keys_move_the_surface() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
     let window = Window::open(&server, &folder, &["s.isp", "-c", "0.5"]);
@@ -20,7 +20,7 @@ fn the_hand_moves_the_surface() {
         let back = window.picture().difference(&first);
         assert_eq!(back, 0.0, "R brings the first view back after {what}");
     };
-    // The sphere is not quite round, so that turning it is seen; its edges show it better.
+    // The wireframe makes rotation of the sphere visible.
     window.input("key w");
     let edges = window.picture();
     assert!(edges.difference(&first) > 0.01, "W draws edges");
@@ -74,7 +74,7 @@ fn wheel_and_keys_step_through_isovalues() {
     let (stopped, _) = window.seen();
     sleep(3 * EVENT_INTERVAL);
     assert_eq!(window.seen().0, stopped, "Space stops what it started at {played}");
-    // In the middle of the slider lies the middle of the range.
+    // The middle of the slider is the middle of the range.
     window.point(500, 650);
     window.input("click 1");
     window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);
@@ -85,7 +85,7 @@ fn wheel_and_keys_step_through_isovalues() {
 }
 
 #[test]
-fn views_are_undone_and_done_again() {
+fn views_are_undone_and_redone() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
     let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2", "--wireframe"]);

@@ -21,7 +21,7 @@ function pointOf(canvas, { clientX, clientY }) {
 }
 
 /** Listens to pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
-function followPointers(canvas, viewer) {
+function listenToPointers(canvas, viewer) {
     const pointers = new Map();
     const spread = () => {
         const [a, b] = [...pointers.values()];
@@ -63,7 +63,7 @@ function followPointers(canvas, viewer) {
     }
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("dblclick", (event) => {
-        if (!viewer.panel?.picking) viewer.recentre(pointOf(canvas, event));
+        if (!viewer.panel?.clickAction) viewer.recentre(pointOf(canvas, event));
     });
     canvas.addEventListener("wheel", (event) => {
         // In a frame the wheel without a key scrolls the page around it. A pinch on a touchpad is a wheel event with Ctrl.
@@ -83,7 +83,7 @@ function notchesOf({ deltaMode, deltaX, deltaY }) {
 }
 
 /** Listens to keys anywhere in the page, except where text is typed. */
-function followKeys(viewer) {
+function listenToKeys(viewer) {
     const onCanvas = {
         ArrowRight: () => viewer.rotate(KEY_DEGREES, 0),
         ArrowLeft: () => viewer.rotate(-KEY_DEGREES, 0),
@@ -96,6 +96,7 @@ function followKeys(viewer) {
         ArrowUp: () => viewer.move(0, -KEY_PIXELS),
         ArrowDown: () => viewer.move(0, KEY_PIXELS),
     };
+    const step = (direction) => (isFine) => viewer.stepIsovalue(direction * (isFine ? FINE_STEP : STEP));
     const pointed = () => viewer.pointed ?? [0, 0];
     const keys = {
         "+": () => viewer.zoom(1 / KEY_ZOOM),
@@ -112,14 +113,14 @@ function followKeys(viewer) {
         x: () => viewer.pick(pointed(), true),
         a: () => viewer.showAll(),
         c: () => viewer.setColoring({ color: viewer.coloring.color === "none" ? "component" : "none" }),
-        "]": (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
-        "[": (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
+        "]": step(1),
+        "[": step(-1),
         "}": () => viewer.stepIsovalue(FINE_STEP),
         "{": () => viewer.stepIsovalue(-FINE_STEP),
-        ArrowRight: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
-        ArrowUp: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
-        ArrowLeft: (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
-        ArrowDown: (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
+        ArrowRight: step(1),
+        ArrowUp: step(1),
+        ArrowLeft: step(-1),
+        ArrowDown: step(-1),
         PageUp: () => viewer.stepIsovalue(10 * STEP),
         PageDown: () => viewer.stepIsovalue(-10 * STEP),
         Home: () => viewer.setIsovalue(viewer.low),

@@ -13,7 +13,7 @@ pub(crate) type Kept = (Option<usize>, f64, f64, Option<[f64; 3]>);
 /// The appearance, from a Python dictionary; texts are those of the command line.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Sight {
+pub(crate) struct Appearance {
     /// Azimuth, elevation, distance.
     camera: Option<(f64, f64, f64)>,
     up: Option<String>,
@@ -34,7 +34,7 @@ pub(crate) struct Sight {
     keep: Option<Kept>,
 }
 
-impl Sight {
+impl Appearance {
     pub(crate) fn camera(&self) -> Result<Camera> {
         let camera = self.camera.map(|(azimuth, elevation, distance)| Camera {
             azimuth,

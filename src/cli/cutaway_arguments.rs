@@ -9,7 +9,7 @@ use super::number_argument::fraction;
 /// The flags of every command that shows a surface; in a page or a window, the first state.
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::SURFACE)]
-pub(super) struct SightArguments {
+pub(super) struct CutawayArguments {
     /// Cut the surface along a plane, e.g. x:50%
     ///
     /// [-]AXIS:POSITION. The position is a percentage of the length of the volume, or a length from the first sample (z:12.5).

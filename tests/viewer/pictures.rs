@@ -1,4 +1,4 @@
-//! The window shows what `render` draws.
+//! The window shows the pictures that `render` draws.
 
 use super::server::Server;
 use super::window::{Picture, TIES, Window};
@@ -39,7 +39,7 @@ fn the_window_shows_what_render_draws() {
         window.point(900, 400);
         let shown = window.screen(saved.width, saved.height());
         let difference = shown.without_cube().difference(&saved.without_cube());
-        assert_eq!(difference, 0.0, "the screen shows what S saves at {typed}");
+        assert_eq!(difference, 0.0, "the screen equals the picture that S saves at {typed}");
         assert!(shown.difference(&saved) > 0.0, "and the cube over it");
     }
 }
@@ -64,7 +64,7 @@ fn the_window_shows_overlays_and_occlusion_as_render_does() {
     ] {
         window.input(&format!("key {key}"));
         if key == "1" || key == "6" || key == "o" {
-            // The others keep what fits; from elsewhere another distance does.
+            // Other keys keep the fitted distance; a new direction or projection needs another one.
             window.input("key r");
         }
         if key == "1" || key == "6" {

@@ -16,7 +16,7 @@ const TO_NATIVE_OCCLUDED = { mean: 0.6, share: 0.01 };
 
 const native = (name) => readPng(join(folder, `look-${name}.png`));
 
-describe("sights", () => {
+describe("views", () => {
     let browser;
     before(async () => { browser = await launch(); });
     after(() => browser.close());
@@ -86,7 +86,7 @@ describe("sights", () => {
     });
 
     test("the address restores every switch, colour and component that the reader chose", async () => {
-        const { page, close } = await watched(browser);
+        const { page, close } = await watched(browser, { viewport: { width: 1000, height: 800 } });
         await open(page, { renderer: "webgl2", view: "35,22,1" });
         const before = await state(page);
         for (const key of ["g", "w", "b", "o", "d"]) await page.keyboard.press(key);
