@@ -189,7 +189,7 @@ fn exceeding_a_limit_is_an_error_as_soon_as_it_is_known() {
 
 #[test]
 fn only_parts_that_live_at_an_isovalue_are_read() {
-    let Both { folder, file, split } = both(phantom("blobs:25").expect("a phantom"), 6, None);
+    let Both { folder, file, split } = both(phantom("blobs:25").expect("a phantom"), 8, None);
     let (low, high) = file.range();
     let c = low + 0.9 * (high - low);
     let needed: Vec<(usize, usize)> =

@@ -118,6 +118,14 @@ mod long {
             sweep_and_check(&noise_in_few_levels(16, seed));
         }
     }
+
+    #[test]
+    #[ignore = "long: run by scripts/test --long"]
+    fn verify_finds_exact_topology_of_noise() {
+        // Regression: the seam was not closed.
+        verify_phantom("noise:9:115", 504);
+        verify_phantom("noise:16:116", 505);
+    }
 }
 
 #[test]
@@ -455,19 +463,23 @@ fn the_tracked_share_is_the_mean_over_the_isovalues() {
 
 #[test]
 fn verify_finds_exact_topology_at_random_isovalues() {
-    // Regression: the seam of the last three was not closed.
-    let names =
-        ["sphere:24", "blobs:24", "noise:9:101", "noise:9:111", "noise:9:115", "noise:16:116"];
-    for (n, name) in names.into_iter().enumerate() {
-        let (volume, spectrum) = phantom_spectrum(name);
-        let sampling = Sampling { n_random: 12, n_events: 4, seed: 500 + n as u64 };
-        let report =
-            verify(&spectrum, &volume, sampling, Limits::default(), &Silent).expect("verifiable");
-        let totals = &report.totals;
-        assert!(totals.isovalues >= 12, "{name}: {}", totals.isovalues);
-        assert_eq!(totals.topology_right, totals.isovalues, "{name}");
-        assert_eq!(totals.manifold, totals.isovalues, "{name}");
+    // Regression: the seam of the last two was not closed.
+    for (name, seed) in
+        [("sphere:24", 500), ("blobs:24", 501), ("noise:9:101", 502), ("noise:9:111", 503)]
+    {
+        verify_phantom(name, seed);
     }
+}
+
+fn verify_phantom(name: &str, seed: u64) {
+    let (volume, spectrum) = phantom_spectrum(name);
+    let sampling = Sampling { n_random: 12, n_events: 4, seed };
+    let report =
+        verify(&spectrum, &volume, sampling, Limits::default(), &Silent).expect("verifiable");
+    let totals = &report.totals;
+    assert!(totals.isovalues >= 12, "{name}: {}", totals.isovalues);
+    assert_eq!(totals.topology_right, totals.isovalues, "{name}");
+    assert_eq!(totals.manifold, totals.isovalues, "{name}");
 }
 
 mod real_volumes {

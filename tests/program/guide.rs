@@ -18,6 +18,9 @@ use crate::common::program::{Folder, path, stderr};
 /// Samples along an axis of the volumes that the pages name.
 const SIDE: usize = 24;
 
+/// Samples along an axis of all others.
+const SMALL_SIDE: usize = 16;
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
 }
@@ -57,12 +60,15 @@ fn little_endian(values: impl IntoIterator<Item = i16>) -> Vec<u8> {
     values.into_iter().flat_map(i16::to_le_bytes).collect()
 }
 
-/// A NIfTI-1 file of `SIDE`^3 samples of 16 bits, compressed by gzip.
+/// A NIfTI-1 file of `SMALL_SIDE`^3 samples of 16 bits, compressed by gzip.
 fn nifti(values: &[i16]) -> Vec<u8> {
     let mut header = vec![0u8; 352];
     let mut put = |at: usize, bytes: &[u8]| header[at..at + bytes.len()].copy_from_slice(bytes);
     put(0, &348i32.to_le_bytes());
-    for (i, n) in [3, SIDE as i16, SIDE as i16, SIDE as i16, 1, 1, 1, 1].into_iter().enumerate() {
+    for (i, n) in [3, SMALL_SIDE as i16, SMALL_SIDE as i16, SMALL_SIDE as i16, 1, 1, 1, 1]
+        .into_iter()
+        .enumerate()
+    {
         put(40 + 2 * i, &n.to_le_bytes());
     }
     put(70, &4i16.to_le_bytes());
@@ -94,12 +100,12 @@ fn metaimage(values: &[i16]) -> Vec<u8> {
 fn cube(values: &[f32]) -> Vec<u8> {
     let mut text = String::from("a density\nfor the guide\n    0    0.0 0.0 0.0\n");
     for axis in ["0.5 0.0 0.0", "0.0 0.5 0.0", "0.0 0.0 0.5"] {
-        text += &format!("{SIDE:5}    {axis}\n");
+        text += &format!("{SMALL_SIDE:5}    {axis}\n");
     }
-    for x in 0..SIDE {
-        for y in 0..SIDE {
-            for z in 0..SIDE {
-                text += &format!(" {:.5e}", values[x + SIDE * (y + SIDE * z)]);
+    for x in 0..SMALL_SIDE {
+        for y in 0..SMALL_SIDE {
+            for z in 0..SMALL_SIDE {
+                text += &format!(" {:.5e}", values[x + SMALL_SIDE * (y + SMALL_SIDE * z)]);
             }
             text += "\n";
         }
@@ -111,26 +117,29 @@ fn cube(values: &[f32]) -> Vec<u8> {
 fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
     static INPUTS: OnceLock<Vec<(&str, Vec<u8>)>> = OnceLock::new();
     INPUTS.get_or_init(|| {
-        let [small, blobs] = [16, SIDE].map(blobs);
-        let scaled: Vec<i16> = blobs.iter().map(|v| (v * 800.0 - 400.0) as i16).collect();
-        let potential: Vec<f32> = (0..blobs.len()).map(|i| (i % SIDE) as f32 - 12.0).collect();
-        let mask: Vec<i16> = (0..blobs.len()).map(|i| i16::from(i % SIDE > SIDE / 2)).collect();
+        let [small, large] = [SMALL_SIDE, SIDE].map(blobs);
+        let scaled = |blobs: &[f32]| -> Vec<i16> {
+            blobs.iter().map(|v| (v * 800.0 - 400.0) as i16).collect()
+        };
+        let column = |i: usize| i % SMALL_SIDE;
+        let potential: Vec<f32> = (0..small.len()).map(|i| column(i) as f32 - 8.0).collect();
+        let mask: Vec<i16> =
+            (0..small.len()).map(|i| i16::from(column(i) > SMALL_SIDE / 2)).collect();
         let raw = (0..32 * 32 * 16).map(|i: i32| {
             let squares =
                 (i % 32 - 16).pow(2) + (i / 32 % 32 - 16).pow(2) + 4 * (i / 1024 - 8).pow(2);
             (1600 - 4 * squares) as i16
         });
-        let [small, floats] =
-            [small, blobs.clone()].map(|v| v.iter().flat_map(|v| v.to_le_bytes()).collect());
+        let floats = |v: &[f32]| v.iter().flat_map(|v| v.to_le_bytes()).collect();
         let mut files = vec![
-            ("blobs_16x16x16_float32.raw", small),
-            ("blobs_24x24x24_float32.raw", floats),
+            ("blobs_16x16x16_float32.raw", floats(&small)),
+            ("blobs_24x24x24_float32.raw", floats(&large)),
             ("scan.raw", little_endian(raw)),
-            ("scan.nii.gz", nifti(&scaled)),
-            ("head.nii.gz", nifti(&scaled)),
+            ("scan.nii.gz", nifti(&scaled(&small))),
+            ("head.nii.gz", nifti(&scaled(&small))),
             ("brain_mask.nii.gz", nifti(&mask)),
-            ("ct.mha", metaimage(&scaled)),
-            ("density.cube", cube(&blobs)),
+            ("ct.mha", metaimage(&scaled(&large))),
+            ("density.cube", cube(&small)),
             ("potential.cube", cube(&potential)),
         ];
         let folder = Folder::new();
