@@ -37,8 +37,8 @@ const EXTENSIONS: [&str; 10] =
     ["part", "isp", "seam", "json", "html", "bin", "png", "log", "mp4", "webm"];
 
 /// A temporary folder in the folder of a target, removed when it is dropped. As long as it exists, its thread must not call
-/// [`write_atomically`](crate::file::write_atomically): a thread waiting in [`block_writes`](crate::file::block_writes) would
-/// deadlock both.
+/// [`write_atomically`](crate::atomic_file::write_atomically): a thread waiting in
+/// [`block_writes`](crate::atomic_file::block_writes) would deadlock both.
 #[derive(Debug)]
 pub struct TemporaryFolder {
     /// Declared before the lock and the guard, so that it is removed before they are released.
@@ -87,9 +87,9 @@ impl TemporaryFolder {
     fn beside(target: &Path) -> io::Result<Self> {
         let (parent, name) = (parent_folder(target), target.file_name().unwrap_or_default());
         let _guard = unfinished();
-        remove_abandoned(parent, name);
         let folder = temporary_name().tempdir_in(parent)?;
         let _lock = locked(folder.path(), name)?;
+        remove_abandoned(parent, name, folder.path());
         Ok(TemporaryFolder { folder, _lock, _guard })
     }
 
@@ -203,9 +203,10 @@ fn replaceable(
     found.sort_unstable();
     let in_it = |name: &OsStr| name.to_string_lossy().escape_debug().to_string();
     let mut listed = own_files(folder).map_err(|error| match found.first() {
-        Some((first, _)) => {
-            refused(format!("and this program did not write {} in it: {error}", in_it(first)))
-        }
+        Some((first, _)) => refused(format!(
+            "and this program may not have written {} in it: {error}",
+            in_it(first)
+        )),
         None => refused("expected a name that is free".to_owned()),
     })?;
     listed.sort_unstable();
@@ -255,8 +256,9 @@ fn locked(folder: &Path, name: &OsStr) -> io::Result<File> {
     Ok(file)
 }
 
-/// Removes the temporary folders for a target whose processes were killed. What cannot be removed stays.
-fn remove_abandoned(parent: &Path, target: &OsStr) {
+/// Removes the temporary folders for a target whose processes were killed, if they have the owner of `own`. What cannot be removed
+/// stays.
+fn remove_abandoned(parent: &Path, target: &OsStr, own: &Path) {
     let Ok(entries) = fs::read_dir(parent) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
@@ -264,10 +266,25 @@ fn remove_abandoned(parent: &Path, target: &OsStr) {
             name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
         if is_temporary
             && entry.file_type().is_ok_and(|kind| kind.is_dir())
+            && have_same_owner(&entry.path(), own)
             && let Err(error) = remove_if_abandoned(&entry.path(), target)
         {
             log::debug!("{}: stays: {error}", entry.path().display());
         }
+    }
+}
+
+/// Whether two folders belong to one user. In a folder for all users, others could exchange what is in theirs meanwhile.
+fn have_same_owner(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        let owner = |path: &Path| fs::symlink_metadata(path).ok().map(|found| found.uid());
+        owner(a).is_some() && owner(a) == owner(b)
+    }
+    #[cfg(not(unix))]
+    {
+        exists(a) && exists(b)
     }
 }
 
@@ -326,4 +343,86 @@ fn contents(folder: &Path) -> io::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         }
     }
     Ok((files, folders))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A target with one file, and a temporary folder with a new one, `made`.
+    fn old_and_new(parent: &Path) -> (PathBuf, TemporaryFolder) {
+        let target = parent.join("a.ispt");
+        fs::create_dir(&target).expect("made");
+        fs::write(target.join("old"), "old").expect("written");
+        let work = TemporaryFolder::next_to_folder(&target, own).expect("a folder");
+        fs::create_dir(work.path().join("made")).expect("made");
+        fs::write(work.path().join("made/new"), "new").expect("written");
+        (target, work)
+    }
+
+    fn own(_: &Path) -> Result<Vec<String>> {
+        Ok(vec!["old".to_owned()])
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("readable").map(|e| e.expect("readable"));
+        let mut names: Vec<_> =
+            entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn without_an_exchange_two_renames_do_the_same() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let (target, mut work) = old_and_new(parent.path());
+        let new = work.path().join("made");
+        let old = work.rename_both(&new, &target).expect("renamed");
+        assert_eq!((names(&target), names(&old)), (vec!["new".to_owned()], vec!["old".to_owned()]));
+        remove_files(&old, &["old".to_owned(), "missing".to_owned()]).expect("removed");
+        drop(work);
+        assert_eq!(names(parent.path()), ["a.ispt"]);
+        // If there is nothing new to rename, the old folder is back at its place.
+        let mut work = TemporaryFolder::next_to(&parent.path().join("b")).expect("a folder");
+        work.rename_both(&parent.path().join("none"), &target).expect_err("nothing to rename");
+        drop(work);
+        assert_eq!(names(&target), ["new"]);
+    }
+
+    #[test]
+    fn an_old_folder_that_gets_a_foreign_file_meanwhile_is_kept() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let (target, work) = old_and_new(parent.path());
+        fs::write(target.join("mine"), "mine").expect("written");
+        let refused = work.move_folder("made", &target, own).expect_err("not of this program");
+        assert!(refused.to_string().contains("did not write mine in it"), "{refused}");
+        assert_eq!(names(&target), ["mine", "old"]);
+        assert_eq!(names(parent.path()), ["a.ispt"]);
+
+        let mut work = TemporaryFolder::next_to(&parent.path().join("b")).expect("a folder");
+        let old = work.path().join("old");
+        fs::rename(&target, &old).expect("renamed");
+        let error = remove_files(&old, &["old".to_owned()]).expect_err("not empty");
+        let error = work.keep(&old, &error).to_string();
+        assert!(error.contains(&old.display().to_string()), "{error}");
+        drop(work);
+        let _next = TemporaryFolder::next_to(&parent.path().join("b")).expect("a folder");
+        assert_eq!(names(&old), ["mine"]);
+    }
+
+    #[test]
+    fn a_folder_that_was_being_replaced_is_not_removed() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let killed = parent.path().join(".isospectrum-1.part");
+        fs::create_dir_all(killed.join(REPLACED)).expect("made");
+        fs::write(killed.join(LOCK), "a.ispt").expect("written");
+        fs::write(killed.join("000000.part"), "part").expect("written");
+        remove_abandoned(parent.path(), OsStr::new("a.ispt"), parent.path());
+        assert!(killed.join("000000.part").exists());
+        fs::rename(killed.join(REPLACED), killed.join(REMOVED)).expect("renamed");
+        remove_abandoned(parent.path(), OsStr::new("b.ispt"), parent.path());
+        assert!(killed.exists());
+        remove_abandoned(parent.path(), OsStr::new("a.ispt"), parent.path());
+        assert!(!killed.exists());
+    }
 }

@@ -286,6 +286,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn parts_must_cover_the_volume() {
+        let part = |first: usize, end: usize| IndexedPart {
+            first: [first, 0, 0],
+            end: [end, 5, 5],
+            size: [0; 3],
+            events: 0,
+            chunks: Vec::new(),
+        };
+        let covers = |parts: Vec<IndexedPart>| {
+            let index = Index::new("0", [0; 3], parts, b"").expect("an index");
+            let bytes = serde_json::to_vec(&index).expect("JSON");
+            assert_eq!(Index::from_bytes(&bytes).expect("as it was written"), index);
+            index.check_cover([9, 5, 5]).is_ok()
+        };
+        assert!(covers(vec![part(0, 5), part(4, 9)]));
+        for wrong in [vec![], vec![part(0, 5)], vec![part(0, 5), part(5, 9)], vec![part(0, 10)]] {
+            assert!(!covers(wrong));
+        }
+    }
+
+    #[test]
     fn shared_vertices_are_read_as_written_and_damage_is_detected() {
         let all = [
             (0, 7),
