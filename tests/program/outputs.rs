@@ -151,8 +151,11 @@ fn to_folder<'a>(command: &[&'a str], name: &'a str) -> Vec<&'a str> {
     [command, &[output, name]].concat()
 }
 
-/// A folder of parts, `x.ispt`, and a split page, `site`, with the commands that write them and their index files.
-fn with_written_folders() -> (Folder, [(Vec<&'static str>, &'static str, &'static str); 2]) {
+/// A command that writes a folder, the folder's name, and the name of its index.
+type Written = (Vec<&'static str>, &'static str, &'static str);
+
+/// A folder of parts, `x.ispt`, and a split page, `site`.
+fn with_written_folders() -> (Folder, [Written; 2]) {
     let folder = Folder::with_spectrum();
     let html = vec!["html", "s.isp", "-q"];
     let written = [(PARTS.to_vec(), "x.ispt", "index.json"), (html, "site", "index.html")];
