@@ -23,7 +23,7 @@ class Chunks {
 
     /** The spectrum in a file, fetched if it is not kept. */
     get(number) {
-        const known = this.kept.get(number) ?? this.fetched(this.about.chunks[number].file);
+        const known = this.kept.get(number) ?? this.fetched(this.about.chunks[number]);
         this.kept.delete(number);
         this.kept.set(number, known);
         if (this.kept.size > MAX_KEPT) this.kept.delete(this.kept.keys().next().value);
@@ -32,10 +32,12 @@ class Chunks {
         return known;
     }
 
-    async fetched(file) {
+    async fetched({ file, crc32 }) {
         const response = await fetch(file);
         if (!response.ok) throw new Error(`${file}: ${response.status}`);
-        return unpackedInWorker(new Uint8Array(await response.arrayBuffer()), this.about, this.script);
+        const bytes = new Uint8Array(await response.arrayBuffer());
+        if (crc32Of(bytes) !== crc32) throw new Error(`${file}: not the file of this page`);
+        return unpackedInWorker(bytes, this.about, this.script);
     }
 }
 

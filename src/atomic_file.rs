@@ -3,9 +3,10 @@
 //! # Invariants
 //!
 //! After a full disk, an error or an interruption the target is what it was before, and the temporary file is removed: it
-//! is deleted when it is dropped.
+//! is deleted when it is dropped. A file is on the disk before it is renamed, and its folder after that, so that a power
+//! failure leaves the old file or the new one.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
@@ -15,8 +16,19 @@ use crate::error::{Error, Result};
 /// Symbolic links followed for one path; the limit of Linux.
 const MAX_LINKS: usize = 40;
 
+/// The start of the names of temporary files and folders.
+pub(crate) const PREFIX: &str = ".isospectrum-";
+
+/// The end of the names of temporary files and folders.
+pub(crate) const SUFFIX: &str = ".part";
+
 /// Locked for reading as long as a temporary file or folder exists.
 static UNFINISHED: RwLock<()> = RwLock::new(());
+
+/// The guard that the owner of a temporary file or folder keeps.
+pub(crate) fn unfinished() -> RwLockReadGuard<'static, ()> {
+    UNFINISHED.read().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Waits until this process has no temporary file, and lets none be created as long as the guard lives. Whoever holds the
 /// guard may end the process without leaving temporary files behind.
@@ -48,15 +60,15 @@ pub fn write_atomically(
     write().map_err(|e| Error::io(path, e))
 }
 
-/// The path that a file written to `path` gets once all symbolic links are followed; the last link may lead to a file that does
-/// not exist yet.
+/// The path that a file or a folder written to `path` gets once all symbolic links are followed; the last link may lead to one
+/// that does not exist yet.
 ///
 /// # Errors
 ///
 /// Those of the system, for example for a cycle of links.
 pub fn final_path(path: &Path) -> io::Result<PathBuf> {
     match fs::metadata(path) {
-        Ok(found) if found.is_file() => return fs::canonicalize(path),
+        Ok(found) if found.is_file() || found.is_dir() => return fs::canonicalize(path),
         // A link to a pipe, which /dev/stdout may be, has no path behind it.
         Ok(_) => return Ok(path.to_path_buf()),
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
@@ -80,105 +92,35 @@ pub fn parent_folder(path: &Path) -> &Path {
     }
 }
 
-/// A temporary folder in the folder of a target, removed when it is dropped. As long as it exists, its thread must not call
-/// [`write_atomically`]: a thread waiting in [`block_writes`] would deadlock both.
-#[derive(Debug)]
-pub struct TemporaryFolder {
-    /// Declared before the guard, so that it is removed before the guard is released.
-    folder: tempfile::TempDir,
-    _guard: RwLockReadGuard<'static, ()>,
-}
-
-impl TemporaryFolder {
-    /// Creates one in the folder of the file `path`, behind its symbolic links.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Io`] with `path`, also if something other than a regular file exists there.
-    pub fn next_to(path: &Path) -> Result<Self> {
-        let create = || {
-            let target = final_path(path)?;
-            if fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
-                return Err(io::Error::other("exists and is not a regular file"));
-            }
-            TemporaryFolder::within(parent_folder(&target))
-        };
-        create().map_err(|error| Error::io(path, error))
-    }
-
-    /// Creates one in the folder of the folder `path`.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Io`] with `path`, also if something exists there that `may_be_replaced` rejects.
-    pub fn next_to_folder(path: &Path, may_be_replaced: impl Fn(&Path) -> bool) -> Result<Self> {
-        let create = || {
-            if fs::symlink_metadata(path).is_ok() && !may_be_replaced(path) {
-                return Err(io::Error::other("already exists, expected a name that is free"));
-            }
-            TemporaryFolder::within(parent_folder(path))
-        };
-        create().map_err(|error| Error::io(path, error))
-    }
-
-    fn within(folder: &Path) -> io::Result<Self> {
-        let _guard = UNFINISHED.read().unwrap_or_else(PoisonError::into_inner);
-        Ok(TemporaryFolder { folder: temporary_name().tempdir_in(folder)?, _guard })
-    }
-
-    /// The path of the temporary folder.
-    pub fn path(&self) -> &Path {
-        self.folder.path()
-    }
-
-    /// Moves a finished folder out of this one to `path`, in place of what was there.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Io`] with `path`; what was there is then unchanged.
-    pub fn move_folder(self, name: &str, path: &Path) -> Result<()> {
-        let rename = || {
-            let (new, old) = (self.path().join(name), self.path().join("replaced"));
-            let exists = fs::symlink_metadata(path).is_ok();
-            if exists {
-                fs::rename(path, &old)?;
-            }
-            fs::rename(new, path).or_else(|error| {
-                if exists {
-                    fs::rename(&old, path)?;
-                }
-                Err(error)
-            })
-        };
-        rename().map_err(|error| Error::io(path, error))
-    }
-
-    /// Moves a finished file out of this folder to `path`, behind its symbolic links, and removes the folder.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Io`] with `path`; what was there is then unchanged.
-    pub fn move_file(self, name: &str, path: &Path) -> Result<()> {
-        let rename = || fs::rename(self.path().join(name), final_path(path)?);
-        rename().map_err(|error| Error::io(path, error))
-    }
-
-    /// Replaces the path in an [`Error::Io`] of a file in this folder, which no user has named, by `path`.
-    pub fn hide_in(&self, error: Error, path: &Path) -> Error {
-        match error {
-            Error::Io { path: inner, source } if inner.starts_with(self.path()) => {
-                Error::io(path, source)
-            }
-            other => other,
-        }
-    }
-}
-
 /// Names of temporary files and folders.
-fn temporary_name() -> tempfile::Builder<'static, 'static> {
+pub(crate) fn temporary_name() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".isospectrum-").suffix(".part");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     builder
+}
+
+/// Writes a file of a folder that is not at its place yet, down to the disk.
+///
+/// # Errors
+///
+/// Those of the system.
+pub fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(bytes)?;
+    file.sync_all()
+}
+
+/// Writes the names of the files in a folder down to the disk, where the system can do that.
+pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    // Some file systems of networks have no such request; a folder may be writable and not readable.
+    use io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
+    match File::open(folder).and_then(|folder| folder.sync_all()) {
+        Err(e) if [InvalidInput, PermissionDenied, Unsupported].contains(&e.kind()) => Ok(()),
+        synced => synced,
+    }
 }
 
 fn replace(
@@ -193,11 +135,12 @@ fn replace(
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     // Declared first, so that it is released last: after the temporary file, if that is dropped.
-    let _guard = UNFINISHED.read().unwrap_or_else(PoisonError::into_inner);
+    let _guard = unfinished();
     let file = builder.tempfile_in(parent_folder(target))?;
     write_buffered(file.as_file(), content)?;
+    file.as_file().sync_all()?;
     file.persist(target).map_err(|e| e.error)?;
-    Ok(())
+    sync_folder(parent_folder(target))
 }
 
 fn write_buffered(

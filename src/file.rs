@@ -31,10 +31,11 @@ mod triangles;
 mod units;
 
 pub use crate::atomic_file::{
-    TemporaryFolder, block_writes, final_path, parent_folder, write_atomically,
+    block_writes, final_path, parent_folder, write_atomically, write_synced,
 };
+pub use crate::atomic_folder::TemporaryFolder;
 pub(crate) use folder::sub_patch;
-pub use folder::{SpectrumFolder, is_folder};
+pub use folder::{SpectrumFolder, is_folder, own_files};
 pub(crate) use folder_index::{ChunkName, PART, chunk_name, key_in_part, seam_bytes, seam_name};
 pub use folder_index::{INDEX, Index, IndexedChunk, IndexedPart, WHOLE};
 pub use folder_query::FolderQuery;

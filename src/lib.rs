@@ -59,6 +59,7 @@
 extern crate self as isospectrum;
 
 mod atomic_file;
+mod atomic_folder;
 pub mod bricks;
 pub mod color;
 pub mod color_sources;

@@ -29,4 +29,4 @@ pub use document::{Sizes, html};
 pub use knots::with_fewer_knots;
 pub use options::{Look, Page};
 pub use range::with_range;
-pub use split::{Split, is_split_name, split};
+pub use split::{Split, split, split_files};

@@ -16,6 +16,7 @@ const ORDER: &[&str] = &[
     "input",
     "ply_reader",
     "atomic_file",
+    "atomic_folder",
     "volume",
     "topology",
     "field",

@@ -156,12 +156,26 @@ fn a_page_in_several_files_replaces_only_another_one() {
     assert!(!folder.read("split/000.bin").is_empty());
     folder.run(&split);
     assert!(text == folder.read("split/index.html"));
+    // The page lists its files with their checksums.
+    let text = String::from_utf8(text).expect("text");
+    let about = element(&text, "<script type=\"application/json\" id=\"about\">");
+    let about: serde_json::Value = serde_json::from_str(about).expect("JSON");
+    for chunk in about["chunks"].as_array().expect("a list") {
+        let file = chunk["file"].as_str().expect("a name");
+        let crc32 = crc32fast::hash(&folder.read(&format!("split/{file}")));
+        assert_eq!(chunk["crc32"], crc32, "{file}");
+    }
     std::fs::create_dir(folder.path().join("mine")).expect("made");
     folder.write("mine/index.html", b"mine");
     folder.write("mine/notes.txt", b"mine");
     let line = folder.fails(&["html", "s.isp", "--split", "mine", "-q"], 3);
     assert!(line.contains("mine: "), "{line}");
     assert_eq!(folder.read("mine/index.html"), b"mine");
+    // Nor one with a file that its page does not list, or an empty file in place of the page.
+    folder.write("split/999.bin", b"mine");
+    let line = folder.fails(&split, 3);
+    assert!(line.contains("split: ") && line.contains("999.bin"), "{line}");
+    assert_eq!(folder.read("split/999.bin"), b"mine");
 }
 
 #[cfg(target_os = "linux")]

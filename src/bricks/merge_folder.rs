@@ -18,7 +18,7 @@ use super::source::OpenVolume;
 use crate::error::{Error, Result};
 use crate::file::{
     self, ChunkName, INDEX, Index, IndexedChunk, IndexedPart, PART, SpectrumFolder,
-    TemporaryFolder, WHOLE, Written, chunk_name, is_folder, key_in_part, seam_bytes, seam_name,
+    TemporaryFolder, WHOLE, Written, chunk_name, key_in_part, own_files, seam_bytes, seam_name,
     sub_patch,
 };
 use crate::progress::Progress;
@@ -67,14 +67,16 @@ pub fn merge_to_folder(
         written.extend(batch.into_par_iter().map(write).collect::<Result<Vec<_>>>()?);
     }
     let size = [0, 1, 2].map(|i| written.iter().map(|w| w.own[i]).sum());
-    let index = Index::new(plan.hash(), size, written.into_iter().map(|w| w.part).collect());
-    write_file(folder, WHOLE, &file::into_bytes(whole)?.bytes)?;
+    let whole = file::into_bytes(whole)?.bytes;
+    let parts = written.into_iter().map(|w| w.part).collect();
+    let index = Index::new(plan.hash(), size, parts, &whole)?;
+    write_file(folder, WHOLE, &whole)?;
     let json = serde_json::to_vec(&index).map_err(|e| Error::internal(e.to_string()))?;
     write_file(folder, INDEX, &json)?;
     Ok(index)
 }
 
-/// Merges all parts to a folder at `path`, which replaces a folder of parts that was there. The folder is written within
+/// Merges all parts to a folder at `path`, which replaces a folder of parts that was there, if nothing else is in it. The folder is written within
 /// `work`, or a new temporary folder next to `path`; memory as for [`merge_to_folder`].
 ///
 /// # Errors
@@ -88,7 +90,7 @@ pub fn merge_to_path(
     memory: Option<f64>,
     progress: &dyn Progress,
 ) -> Result<SpectrumFolder> {
-    let new = || TemporaryFolder::next_to_folder(path, is_folder);
+    let new = || TemporaryFolder::next_to_folder(path, own_files);
     let work = work.map_or_else(new, Ok)?;
     let merged = work.path().join(MERGED);
     let write = || {
@@ -99,13 +101,13 @@ pub fn merge_to_path(
     if progress.cancelled() {
         return Err(Error::Interrupted);
     }
-    work.move_folder(MERGED, path)?;
+    work.move_folder(MERGED, path, own_files)?;
     SpectrumFolder::open(path)
 }
 
 fn write_file(folder: &Path, name: &str, bytes: &[u8]) -> Result<()> {
     let path = folder.join(name);
-    std::fs::write(&path, bytes).map_err(|e| Error::io(&path, e))
+    file::write_synced(&path, bytes).map_err(|e| Error::io(&path, e))
 }
 
 /// A part that was written to the folder.

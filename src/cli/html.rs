@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::color::ColorSources;
-use isospectrum::file::TemporaryFolder;
+use isospectrum::file::{TemporaryFolder, write_synced};
 use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
 use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Image, Light, Renderer, Surface, View};
@@ -185,9 +185,10 @@ impl Html {
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         if let Some(path) = &self.split {
             Output::check_apart(path, &inputs)?;
-            // Checks that the folder can be written; its temporary folder is removed at once.
+            // Checks that the folder can be written, and that all in an old one may be removed; its temporary folder is removed
+            // at once.
             check_parent(path)?;
-            TemporaryFolder::next_to_folder(path, is_split)?;
+            TemporaryFolder::next_to_folder(path, page::split_files)?;
             return Ok(PageTarget::Folder(path.clone()));
         }
         let output = self.output.as_deref().unwrap_or(Path::new("-"));
@@ -303,22 +304,15 @@ enum PageTarget {
     Folder(PathBuf),
 }
 
-/// True if a folder contains only files that `--split` writes, so that it can be replaced.
-fn is_split(path: &Path) -> bool {
-    let Ok(found) = std::fs::read_dir(path) else { return false };
-    let is_own = |name: std::ffi::OsString| name.to_str().is_some_and(page::is_split_name);
-    found.into_iter().all(|entry| entry.is_ok_and(|entry| is_own(entry.file_name())))
-}
-
 /// Writes a page and its data files to a new folder, or replaces those of another page.
 fn write_folder(files: &[(String, Vec<u8>)], path: &Path) -> Result<()> {
-    let work = TemporaryFolder::next_to_folder(path, is_split)?;
+    let work = TemporaryFolder::next_to_folder(path, page::split_files)?;
     let made = work.path().join("made");
     std::fs::create_dir(&made).map_err(|e| Error::io(path, e))?;
     for (name, bytes) in files {
-        std::fs::write(made.join(name), bytes).map_err(|e| Error::io(path, e))?;
+        write_synced(&made.join(name), bytes).map_err(|e| Error::io(path, e))?;
     }
-    work.move_folder("made", path)
+    work.move_folder("made", path, page::split_files)
 }
 
 /// Reports the sizes of a page and its parts.

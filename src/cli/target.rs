@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use isospectrum::Progress;
 use isospectrum::Result;
 use isospectrum::bricks::{OpenVolume, Parts, merge, merge_to_path};
-use isospectrum::file::{SpectrumFolder, TemporaryFolder, is_folder};
+use isospectrum::file::{SpectrumFolder, TemporaryFolder, own_files};
 use isospectrum::spectrum::Spectrum;
 
 use super::info::Facts;
@@ -33,8 +33,8 @@ impl Target {
         }
         Output::check_apart(path, inputs)?;
         check_parent(path)?;
-        // Checks that the folder can be written; its temporary folder is removed at once.
-        TemporaryFolder::next_to_folder(path, is_folder)?;
+        // Checks that the folder can be written, and that all in an old one may be removed; its temporary folder is removed at once.
+        TemporaryFolder::next_to_folder(path, own_files)?;
         Ok(Target::Folder(path.to_owned()))
     }
 
@@ -57,7 +57,7 @@ impl Target {
     /// Makes a work folder, on the disk of the destination if that is a regular file or a folder.
     pub(super) fn work_folder(&self) -> Result<TemporaryFolder> {
         match self {
-            Target::Folder(path) => TemporaryFolder::next_to_folder(path, is_folder),
+            Target::Folder(path) => TemporaryFolder::next_to_folder(path, own_files),
             Target::File(Output::File(path)) if is_replaced(path) => TemporaryFolder::next_to(path),
             Target::File(_) => TemporaryFolder::next_to(&std::env::temp_dir().join("isospectrum")),
         }

@@ -2,7 +2,7 @@
 //!
 //! # Layout
 //!
-//! `index.json` ([`Index`]); `whole.isp`, a spectrum file without triangles, with the events and the description of the
+//! `index.json` ([`Index`]), which lists all other files; `whole.isp`, a spectrum file without triangles, with the events and the description of the
 //! whole. A part, which is a brick, is divided into chunks by isovalue: each has the triangles that are alive somewhere in
 //! its interval, with their whole lifetimes, so a triangle may be in several. A chunk has a spectrum file,
 //! `000000-000.isp`, and the keys of the vertices that it shares with other chunks, `000000-000.seam` (`folder_index`).
@@ -19,7 +19,7 @@ use serde::Deserialize;
 use super::folder_index::{
     ChunkName, INDEX, Index, IndexedChunk, PART, WHOLE, chunk_name, read_seam, seam_name,
 };
-use super::spectrum_file::{from_bytes, read};
+use super::spectrum_file::from_bytes;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::spectrum::{About, Joiner, Patch, Spectrum, Triangle, shown_first};
@@ -27,6 +27,23 @@ use crate::spectrum::{About, Joiner, Patch, Spectrum, Triangle, shown_first};
 /// Whether a path is that of a folder of parts.
 pub fn is_folder(path: &Path) -> bool {
     path.join(INDEX).is_file()
+}
+
+/// The names of the files that were written into a folder of parts, from its index.
+///
+/// # Errors
+///
+/// [`Error::Io`] and [`Error::Input`] if it has no index of this version, or a damaged one.
+pub fn own_files(path: &Path) -> Result<Vec<String>> {
+    read_index(path).map(|(index, _)| index.files())
+}
+
+/// Reads the index of a folder; also returns the size of its file in bytes.
+fn read_index(path: &Path) -> Result<(Index, u64)> {
+    let file = path.join(INDEX);
+    let bytes = input::read(&file)?;
+    let index = Index::from_bytes(&bytes).map_err(|e| e.of_file(&file))?;
+    Ok((index, bytes.len() as u64))
 }
 
 /// A folder of parts. Parts are read on demand.
@@ -45,13 +62,17 @@ impl SpectrumFolder {
     ///
     /// [`Error::Io`]; [`Error::Input`] if it is not a folder of this version, or it is damaged.
     pub fn open(path: &Path) -> Result<SpectrumFolder> {
-        let file = path.join(INDEX);
-        let bytes = input::read(&file)?;
-        let index = Index::from_bytes(&bytes).map_err(|e| e.of_file(&file))?;
-        let whole = read(path.join(WHOLE))?;
-        let of_whole = input::open(&path.join(WHOLE))?.1;
+        let (index, of_index) = read_index(path)?;
+        let file = path.join(WHOLE);
+        let whole = input::read(&file)?;
         let parts = index.parts.iter().fold(0u64, |n, p| n.saturating_add(p.bytes()));
-        let bytes = parts.saturating_add(bytes.len() as u64).saturating_add(of_whole);
+        let bytes = parts.saturating_add(of_index).saturating_add(whole.len() as u64);
+        if crc32fast::hash(&whole) != index.whole_crc32 {
+            let file = file.display();
+            return Err(Error::input(format!("{file}: expected the file that {INDEX} belongs to")));
+        }
+        let whole = from_bytes(&whole).map_err(|e| e.of_file(&file))?;
+        index.check_cover(whole.volume().dims).map_err(|e| e.of_file(&path.join(INDEX)))?;
         Ok(SpectrumFolder { path: path.to_owned(), index, whole, bytes })
     }
 
@@ -176,6 +197,14 @@ impl SpectrumFolder {
             return Err(Error::input(format!(
                 "{}: expected chunk {chunk} of part {number} of plan {plan}",
                 file.display()
+            )));
+        }
+        let n_triangles = self.index.parts[number].chunks[chunk].triangles;
+        if found.triangles().len() as u64 != n_triangles {
+            return Err(Error::input(format!(
+                "{}: {} triangles, expected {n_triangles}",
+                file.display(),
+                found.triangles().len()
             )));
         }
         let seam = self.path.join(seam_name(place));

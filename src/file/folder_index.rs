@@ -13,8 +13,11 @@ pub const INDEX: &str = "index.json";
 /// The name of the file with the description of the whole.
 pub const WHOLE: &str = "whole.isp";
 
+/// The name of the format, which no other index has.
+const FORMAT: &str = "isospectrum folder of parts";
+
 /// The version of the folder.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 const SEAM_MAGIC: [u8; 8] = *b"ISPTSEAM";
 
@@ -41,8 +44,14 @@ pub(crate) struct ChunkName {
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Index {
+    /// The name of the format.
+    format: String,
     /// Version of the folder.
     version: u32,
+    /// Checksum of all other entries, so that a lost one is noticed.
+    crc32: u32,
+    /// CRC-32 of the file [`WHOLE`].
+    pub(super) whole_crc32: u32,
     /// Hash of the plan that the parts are of.
     pub plan: String,
     /// Trajectories, knots and triangles of the whole; those shared by parts or chunks count once.
@@ -84,9 +93,36 @@ pub struct IndexedChunk {
 }
 
 impl Index {
-    /// An index of this version.
-    pub(crate) fn new(plan: &str, size: [u64; 3], parts: Vec<IndexedPart>) -> Index {
-        Index { version: VERSION, plan: plan.to_owned(), size, parts }
+    /// An index of this version. `whole` is the content of the file [`WHOLE`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Internal`] if it cannot be encoded as JSON.
+    pub(crate) fn new(
+        plan: &str,
+        size: [u64; 3],
+        parts: Vec<IndexedPart>,
+        whole: &[u8],
+    ) -> Result<Index> {
+        let index = Index {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            crc32: 0,
+            whole_crc32: crc32fast::hash(whole),
+            plan: plan.to_owned(),
+            size,
+            parts,
+        };
+        Ok(Index { crc32: index.checksum()?, ..index })
+    }
+
+    /// The names of all files of the folder.
+    pub(super) fn files(&self) -> Vec<String> {
+        let chunks = self.parts.iter().enumerate().flat_map(|(number, part)| {
+            (0..part.chunks.len())
+                .flat_map(move |chunk| [chunk_name((number, chunk)), seam_name((number, chunk))])
+        });
+        [INDEX, WHOLE].map(str::to_owned).into_iter().chain(chunks).collect()
     }
 
     /// The index from its file.
@@ -98,6 +134,14 @@ impl Index {
             return Err(no_index(format!("version {}, expected {VERSION}", versioned.version)));
         }
         let index: Index = serde_json::from_slice(bytes).map_err(|e| no_index(e.to_string()))?;
+        if index.format != FORMAT {
+            return Err(no_index(format!("its format is not '{FORMAT}'")));
+        }
+        if index.crc32 != index.checksum()? {
+            return Err(Error::input(
+                "entries were lost or changed, expected those of its checksum",
+            ));
+        }
         let is_right = |part: &IndexedPart| {
             part.chunks.iter().all(|c| c.from < c.to)
                 && part.chunks.windows(2).all(|pair| pair[0].to == pair[1].from)
@@ -106,6 +150,35 @@ impl Index {
             return Err(no_index("chunks that do not follow each other".to_owned()));
         }
         Ok(index)
+    }
+
+    /// Checks that the boxes of the parts cover all cells of a volume of `dims` samples.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`].
+    pub(super) fn check_cover(&self, dims: [usize; 3]) -> Result<()> {
+        let is_inside = |part: &IndexedPart| {
+            (0..3).all(|a| part.first[a] < part.end[a] && part.end[a] <= dims[a])
+        };
+        let cells = |sides: [usize; 3]| sides.iter().map(|&n| n as f64 - 1.0).product::<f64>();
+        let of_part = |part: &IndexedPart| cells([0, 1, 2].map(|a| part.end[a] - part.first[a]));
+        if self.parts.iter().all(is_inside)
+            && self.parts.iter().map(of_part).sum::<f64>() == cells(dims)
+        {
+            return Ok(());
+        }
+        let [x, y, z] = dims;
+        Err(Error::input(format!(
+            "its {} parts do not cover the volume of {x}x{y}x{z} samples",
+            self.parts.len()
+        )))
+    }
+
+    /// CRC-32 of the JSON with 0 as the checksum.
+    fn checksum(&self) -> Result<u32> {
+        let json = serde_json::to_vec(&Index { crc32: 0, ..self.clone() });
+        json.map(|json| crc32fast::hash(&json)).map_err(|e| Error::internal(e.to_string()))
     }
 }
 
@@ -211,6 +284,27 @@ pub(super) fn read_seam(number: usize, bytes: &[u8]) -> Result<Vec<(u32, u64)>> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_must_cover_the_volume() {
+        let part = |first: usize, end: usize| IndexedPart {
+            first: [first, 0, 0],
+            end: [end, 5, 5],
+            size: [0; 3],
+            events: 0,
+            chunks: Vec::new(),
+        };
+        let covers = |parts: Vec<IndexedPart>| {
+            let index = Index::new("0", [0; 3], parts, b"").expect("an index");
+            let bytes = serde_json::to_vec(&index).expect("JSON");
+            assert_eq!(Index::from_bytes(&bytes).expect("as it was written"), index);
+            index.check_cover([9, 5, 5]).is_ok()
+        };
+        assert!(covers(vec![part(0, 5), part(4, 9)]));
+        for wrong in [vec![], vec![part(0, 5)], vec![part(0, 5), part(5, 9)], vec![part(0, 10)]] {
+            assert!(!covers(wrong));
+        }
+    }
 
     #[test]
     fn shared_vertices_are_read_as_written_and_damage_is_detected() {

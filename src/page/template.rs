@@ -11,6 +11,13 @@ const OCCLUSION_GLSL: &str = include_str!("../../page/occlusion.frag.glsl");
 const VERTEX_GLSL: &str = include_str!("../../page/surface.vert.glsl");
 const FRAGMENT_GLSL: &str = include_str!("../../page/surface.frag.glsl");
 
+/// The element that every page has in its head, up to the version of the program.
+pub(super) const GENERATOR: &str = "<meta name=\"generator\" content=\"isospectrum ";
+
+/// The start and the end of the element with what the scripts read.
+pub(super) const ABOUT: [&str; 2] =
+    ["<script type=\"application/json\" id=\"about\">", "</script>"];
+
 /// The values of the template.
 pub(super) struct Parts<'a> {
     pub(super) page: &'a Page<'a>,
@@ -149,6 +156,8 @@ mod tests {
         assert!(text.contains("<h1>{{caption}} &lt;b&gt;&amp;&#39;&quot;</h1>"), "the title");
         assert!(text.contains("<p class=\"caption\">&lt;/script&gt;</p>"), "the caption");
         assert!(text.contains("{\"a\":\"\\u003c/script>\"}"), "the JSON");
+        assert_eq!(text.matches(GENERATOR).count(), 1);
+        assert_eq!(text.matches(ABOUT[0]).count(), 1);
     }
 
     #[test]

@@ -310,6 +310,34 @@ fn errors_of_a_damaged_folder_are_one_line() {
     assert!(line.contains("index.json: "), "{line}");
     std::fs::remove_file(folder.path().join("s.ispt/000003-000.seam")).expect("there");
     assert!(folder.fails(&extract, 3).contains("000003-000.seam"));
+    // Entries that the index has lost, and a description of another whole.
+    let edited = |edit: &dyn Fn(&mut serde_json::Value)| {
+        change("index.json", &|bytes| {
+            let mut index = serde_json::from_slice(bytes).expect("JSON");
+            edit(&mut index);
+            *bytes = serde_json::to_vec(&index).expect("JSON");
+        })
+    };
+    let parts = |index: &mut serde_json::Value| -> Vec<serde_json::Value> {
+        index["parts"].as_array().expect("a list").clone()
+    };
+    for line in [
+        edited(&|index| index["parts"] = parts(index)[..7].into()),
+        edited(&|index| index["parts"] = parts(index)[1..].into()),
+        edited(&|index| index["parts"][3]["chunks"] = serde_json::json!([])),
+        edited(&|index| index["size"][2] = 7.into()),
+        edited(&|index| index["plan"] = "0123456789abcdef".into()),
+        edited(&|index| index["format"] = "another".into()),
+    ] {
+        assert!(line.contains("s.ispt/index.json: "), "{line}");
+    }
+    let compute = ["compute", "--phantom", "sphere:9", "--backend", "cpu", "--brick", "4", "-q"];
+    folder.run(&[&compute[..], &["-o", "other.ispt"]].concat());
+    let other = folder.read("other.ispt/whole.isp");
+    let line = change("whole.isp", &|bytes| bytes.clone_from(&other));
+    assert!(line.contains("s.ispt/whole.isp: ") && line.contains("index.json"), "{line}");
+    std::fs::remove_file(folder.path().join("s.ispt/000002-000.isp")).expect("there");
+    assert!(folder.fails(&extract, 3).contains("s.ispt/000002-000.isp: "));
     // An existing folder that is no folder of parts is not replaced.
     std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
     let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);

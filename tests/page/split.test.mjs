@@ -121,3 +121,16 @@ test("a file that cannot be loaded is reported, and the picture stays", async ()
     await shown(page, distant);
     await context.close();
 });
+
+test("a file of another page is not shown but reported, and the picture stays", async () => {
+    const { page, context } = await opened(`${origin}/`);
+    const other = (name) => readFileSync(join(site, name === names[0] ? names[1] : names[0]));
+    await page.route("**/*.bin", (route) => route.fulfill({ body: other(basename(route.request().url())) }));
+    const { low, high, isovalue } = await state(page);
+    const distant = isovalue - low > high - isovalue ? low + 0.02 * (high - low) : high - 0.02 * (high - low);
+    await page.evaluate((c) => window.isospectrum.setIsovalue(c), distant);
+    await page.waitForFunction(() => document.getElementById("loading").textContent.includes("not the file of this page"));
+    const after = await state(page);
+    assert.ok(!after.isWhole && after.nTriangles > 0);
+    await context.close();
+});

@@ -15,7 +15,7 @@ use isospectrum::volume::phantom::phantom;
 
 use crate::common::program::{Folder, path, stderr};
 
-/// Samples along an axis of the volumes that the pages name.
+/// Samples along an axis of the volumes whose names or commands say how many.
 const SIDE: usize = 24;
 
 /// Samples along an axis of all others.

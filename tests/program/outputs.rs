@@ -141,6 +141,197 @@ fn a_link_stays_a_link_and_its_target_is_written() {
     }
 }
 
+/// The arguments that compute a small folder of parts.
+const PARTS: [&str; 8] =
+    ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "4", "-q"];
+
+/// A command that writes a folder.
+fn to_folder<'a>(command: &[&'a str], name: &'a str) -> Vec<&'a str> {
+    let output = if command[0] == "html" { "--split" } else { "-o" };
+    [command, &[output, name]].concat()
+}
+
+/// A command that writes a folder, the folder's name, and the name of its index.
+type Written = (Vec<&'static str>, &'static str, &'static str);
+
+/// A folder of parts, `x.ispt`, and a split page, `site`.
+fn with_written_folders() -> (Folder, [Written; 2]) {
+    let folder = Folder::with_spectrum();
+    let html = vec!["html", "s.isp", "-q"];
+    let written = [(PARTS.to_vec(), "x.ispt", "index.json"), (html, "site", "index.html")];
+    for (command, name, _) in &written {
+        folder.run(&to_folder(command, name));
+    }
+    (folder, written)
+}
+
+/// The names and contents of the files in a folder.
+fn contents(folder: &Folder, name: &str) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder.path().join(name)).expect("readable");
+    let entries = entries.map(|entry| entry.expect("readable"));
+    let read = |path| std::fs::read(path).unwrap_or_default();
+    let mut all: Vec<_> =
+        entries.map(|e| (e.file_name().to_string_lossy().into_owned(), read(e.path()))).collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn a_folder_with_files_of_others_is_not_replaced() {
+    let (folder, written) = with_written_folders();
+    let at = |name: &str| folder.path().join(name);
+    for (command, name, index) in &written {
+        let refused = |fact: &str| {
+            let before = contents(&folder, name);
+            let line = folder.fails(&to_folder(command, name), 3);
+            assert!(line.starts_with(name) && line.contains(fact), "{line}");
+            assert_eq!(contents(&folder, name), before, "{name}: {fact}");
+        };
+        let inner = |file: &str| format!("{name}/{file}");
+        // A file; a folder with a file; a folder in place of a listed file.
+        folder.write(&inner("notes.txt"), b"mine");
+        refused("notes.txt");
+        std::fs::remove_file(at(&inner("notes.txt"))).expect("there");
+        std::fs::create_dir(at(&inner("nested"))).expect("made");
+        folder.write(&inner("nested/notes.txt"), b"mine");
+        refused("nested");
+        assert_eq!(folder.read(&inner("nested/notes.txt")), b"mine");
+        std::fs::remove_dir_all(at(&inner("nested"))).expect("there");
+        let listed = if *index == "index.json" { "000000-000.isp" } else { "000.bin" };
+        let bytes = folder.read(&inner(listed));
+        std::fs::remove_file(at(&inner(listed))).expect("there");
+        std::fs::create_dir(at(&inner(listed))).expect("made");
+        refused(listed);
+        std::fs::remove_dir(at(&inner(listed))).expect("there");
+        #[cfg(unix)]
+        {
+            folder.write("elsewhere", b"mine");
+            std::os::unix::fs::symlink("../elsewhere", at(&inner(listed))).expect("a link");
+            refused(listed);
+            assert_eq!(folder.read("elsewhere"), b"mine");
+            std::fs::remove_file(at(&inner(listed))).expect("there");
+        }
+        folder.write(&inner(listed), &bytes);
+        // An index of somebody else.
+        let bytes = folder.read(&inner(index));
+        for other in [&b"{}"[..], b"", b"<title>mine</title>", b"{\"version\": 3, \"parts\": []}"] {
+            folder.write(&inner(index), other);
+            refused(index);
+        }
+        std::fs::remove_file(at(&inner(index))).expect("there");
+        refused(listed);
+        folder.write(&inner(index), &bytes);
+        folder.run(&to_folder(command, name));
+    }
+    // The files of a page are those that the page lists, not all of similar names.
+    folder.write("site/001.txt", b"mine");
+    assert!(folder.fails(&["html", "s.isp", "--split", "site", "-q"], 3).contains("001.txt"));
+    std::fs::rename(at("site/001.txt"), at("site/7777.bin")).expect("renamed");
+    assert!(folder.fails(&["html", "s.isp", "--split", "site", "-q"], 3).contains("7777.bin"));
+    assert_eq!(folder.read("site/7777.bin"), b"mine");
+    // A page in one file lists none.
+    std::fs::create_dir(at("one")).expect("made");
+    folder.run(&["html", "s.isp", "-o", "one/index.html", "-q"]);
+    assert!(folder.fails(&["html", "s.isp", "--split", "one", "-q"], 3).contains("index.html"));
+}
+
+#[test]
+fn a_folder_that_contains_an_input_is_no_output() {
+    let (folder, _) = with_written_folders();
+    let volume = write_volume(&folder, "x.ispt/v_4x4x4_uint8.raw");
+    let raw = "x.ispt/v_4x4x4_uint8.raw";
+    for arguments in [
+        &["compute", raw, "--brick", "4", "-o", "x.ispt"][..],
+        &["html", "x.ispt", "--split", "x.ispt"],
+        &["html", "s.isp", "--volume", raw, "--split", "./x.ispt"],
+    ] {
+        let line = folder.fails(arguments, 2);
+        assert!(line.contains("x.ispt"), "{line}");
+    }
+    assert_eq!(folder.read(raw), volume);
+}
+
+#[test]
+fn a_folder_replaces_another_of_its_kind_and_nothing_is_left_over() {
+    let (folder, written) = with_written_folders();
+    let n = contents(&folder, "x.ispt").len();
+    let names = folder.names();
+    // Fewer parts, and fewer files.
+    folder.run(&["compute", "--phantom", "noise:9:4", "--backend", "cpu", "-q", "-o", "x.ispt"]);
+    assert!(contents(&folder, "x.ispt").len() < n);
+    folder.run(&["verify", "x.ispt", "--phantom", "noise:9:4", "--n", "2"]);
+    // A folder that has lost a file is replaced by a complete one.
+    std::fs::remove_file(folder.path().join("site/000.bin")).expect("there");
+    folder.run(&to_folder(&written[1].0, "site"));
+    assert!(!folder.read("site/000.bin").is_empty());
+    assert_eq!(folder.names(), names);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_folder_stays_a_link_and_the_folder_is_written() {
+    let (folder, written) = with_written_folders();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("far")).expect("a folder");
+    for (command, name, index) in &written {
+        std::fs::rename(at(name), at("far").join(name)).expect("moved");
+        std::os::unix::fs::symlink(format!("far/{name}"), at(name)).expect("a link");
+        folder.run(&to_folder(command, name));
+        // A link to a folder that is not there yet.
+        std::fs::remove_dir_all(at("far").join(name)).expect("there");
+        folder.run(&to_folder(command, name));
+        assert!(at(name).symlink_metadata().expect("there").is_symlink(), "{name}");
+        let file = at("far").join(name).join(index);
+        assert!(file.symlink_metadata().expect("there").is_file(), "{file:?}");
+        // What is behind the link is not replaced if it has other files.
+        folder.write(&format!("far/{name}/notes.txt"), b"mine");
+        let line = folder.fails(&to_folder(command, name), 3);
+        assert!(line.starts_with(name) && line.contains("notes.txt"), "{line}");
+    }
+    let left = std::fs::read_dir(at("far")).expect("readable").count();
+    assert_eq!(left, 2, "only the two folders");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_folder_of_a_killed_run_is_removed_by_the_next_one_but_not_that_of_a_living_run() {
+    let folder = Folder::new();
+    let hidden = || {
+        let names = folder.names();
+        names.into_iter().filter(|name| name.starts_with('.')).collect::<Vec<_>>()
+    };
+    let mut child = std::process::Command::new(program::path())
+        .args(["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "--brick", "24"])
+        .args(["-o", "x.ispt", "-v"])
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let stderr = child.stderr.take().expect("piped");
+    let mut lines = std::io::BufReader::new(stderr).lines();
+    assert!(lines.any(|line| line.is_ok_and(|line| line.contains("bricks of about"))));
+    let of_child = hidden();
+    assert_eq!(of_child.len(), 1, "{of_child:?}");
+    folder.run(&to_folder(&PARTS, "x.ispt"));
+    assert_eq!(hidden(), of_child, "the run is alive");
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    assert_eq!(hidden(), of_child, "nobody could remove it");
+    // Files of others, another output, and what has no lock.
+    folder.write(".isospectrum-mine.part", b"mine");
+    std::fs::create_dir(folder.path().join(".isospectrum-2.part")).expect("made");
+    folder.run(&to_folder(&PARTS, "y.ispt"));
+    assert!(hidden().contains(&of_child[0]), "another output");
+    let foreign = format!("{}/notes.txt", of_child[0]);
+    folder.write(&foreign, b"mine");
+    folder.run(&to_folder(&PARTS, "x.ispt"));
+    assert_eq!(folder.read(&foreign), b"mine");
+    std::fs::remove_file(folder.path().join(&foreign)).expect("there");
+    folder.run(&to_folder(&PARTS, "x.ispt"));
+    assert_eq!(hidden(), [".isospectrum-2.part", ".isospectrum-mine.part"]);
+}
+
 /// Sends a signal to a command, run with `-v`, once it has printed a text. Returns the exit code and the lines after that.
 #[cfg(unix)]
 fn stopped(
