@@ -10,6 +10,7 @@ mod noise;
 mod preparation;
 mod region;
 mod sweep;
+mod threads;
 
 pub use byte_size::ByteSize;
 pub use isovalue_range::{IsovalueRange, split_at_colons};
@@ -18,3 +19,4 @@ pub use noise::{NoiseSettings, Persistence};
 pub use preparation::PreparationSettings;
 pub use region::{AxisRange, Region};
 pub use sweep::SweepSettings;
+pub use threads::useful_threads;

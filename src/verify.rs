@@ -76,7 +76,7 @@ pub fn distance(volume: &Volume, isovalue: f64, point: [f32; 3], normal: [f32; 3
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` is
+/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Usage`] for too many isovalues, [`Error::Interrupted`] if `progress` is
 /// cancelled. A spectrum that fails is not an error: see [`Report::passed`].
 pub fn verify(
     spectrum: &Spectrum,
@@ -86,6 +86,7 @@ pub fn verify(
     progress: &dyn Progress,
 ) -> Result<Report> {
     check_same_volume(spectrum, volume)?;
+    sampling.check()?;
     let field = ExactField::new(volume)?;
     let mut random = Random::new(sampling.seed);
     let single = random_isovalues(volume, spectrum.range(), sampling.n_random, &mut random);

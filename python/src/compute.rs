@@ -4,7 +4,7 @@ use isospectrum::bricks::{
     self, BrickLimits, Parts, Plan, SIDE, Strategy, Survey, VolumeSource, compute_parts,
 };
 use isospectrum::file::{self, TemporaryFolder};
-use isospectrum::settings::{ByteSize, NoiseSettings};
+use isospectrum::settings::{ByteSize, NoiseSettings, useful_threads};
 use isospectrum::{Backend, Error, Parameters, Prepared, Progress, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -115,6 +115,6 @@ pub(crate) fn with_threads<T: Send>(
     work: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
     let Some(n) = threads else { return work() };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(useful_threads(n)).build();
     pool.map_err(|error| Error::Usage(format!("threads {n}: {error}")))?.install(work)
 }

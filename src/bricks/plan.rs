@@ -89,7 +89,7 @@ impl Plan {
     /// # Errors
     ///
     /// [`Error::Usage`] for bricks smaller than 4 cells, too many bricks, parameters that contradict the volume, and an initial
-    /// mesh; those of reading the volume.
+    /// mesh; [`Error::Range`] for a start outside the range; those of reading the volume.
     pub fn new(
         source: VolumeSource,
         survey: &Survey,
@@ -105,6 +105,7 @@ impl Plan {
         parameters.check_for_blocks()?;
         let info = survey.info();
         let parameters = parameters.within(info.range)?;
+        parameters.check_sampling(parameters.range.unwrap_or(info.range))?;
         let range = Some(parameters.range.unwrap_or(info.range));
         let blocks = cut(info.dims, side);
         if blocks.len() > MAX_BRICKS {

@@ -24,7 +24,7 @@ use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::unstable::topology::simplify::Simplification;
 use isospectrum::unstable::topology::{Topology, TopologyEvent};
 use isospectrum::volume::{Placement, Statistics, Unit, Volume, parse_raw_name};
-use isospectrum::{Error, Result};
+use isospectrum::{Error, Parameters, Result};
 use serde::Serialize;
 
 use super::heading;
@@ -94,6 +94,10 @@ impl Analyze {
             .range
             .map(|range| range.resolve(volume.range(), Some(&Statistics::of(&volume))))
             .transpose()?;
+        let range = match range {
+            Some(range) => Parameters::default().with_range(range).within(volume.range())?.range,
+            None => None,
+        };
         let bar = Bar::new(quiet);
         bar.report(0.0, "topology");
         let field = ExactField::new(&volume)?;

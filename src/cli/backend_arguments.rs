@@ -1,6 +1,7 @@
 //! Flags that select GPU or CPU and the number of threads.
 
 use clap::{Args, ValueEnum};
+use isospectrum::settings::useful_threads;
 use isospectrum::{Backend, Choice};
 use isospectrum::{Error, Result};
 
@@ -19,7 +20,7 @@ pub(super) struct BackendArguments {
     /// GPU to use, by a part of its name
     #[arg(long, value_name = "NAME", hide_short_help = true)]
     adapter: Option<String>,
-    /// Number of CPU threads [default: all]
+    /// Number of CPU threads, at most four for each processor [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }
@@ -48,7 +49,7 @@ impl BackendArguments {
             ));
         }
         if let Some(n) = self.threads {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(useful_threads(usize::from(n)));
             pool.build_global().map_err(|error| Error::Usage(format!("--threads {n}: {error}")))?;
         }
         let choice = match self.backend {

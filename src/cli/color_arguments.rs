@@ -10,6 +10,7 @@ use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{ReadOptions, Volume, files_of, read_volume};
 
 use super::heading;
+use super::number_argument::finite;
 
 /// What colours show, and how.
 #[derive(Args, Clone, Debug, Default)]
@@ -36,7 +37,7 @@ pub(super) struct ColorArguments {
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, hide_short_help = true)]
     color_range: Option<ScaleEnds>,
     /// Value of the middle colour
-    #[arg(long, value_name = "C", allow_hyphen_values = true, hide_short_help = true)]
+    #[arg(long, value_name = "C", value_parser = finite, allow_hyphen_values = true, hide_short_help = true)]
     color_center: Option<f64>,
 }
 

@@ -5,6 +5,11 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     number_where(text, |x| x > 0.0, "a number above 0")
 }
 
+/// Parses a finite number.
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    number_where(text, |_| true, "a number")
+}
+
 /// Parses a finite number of at least 0.
 pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     number_where(text, |x| x >= 0.0, "a number of at least 0")

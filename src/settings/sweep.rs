@@ -21,12 +21,16 @@ impl SweepSettings {
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`](crate::Error::Usage) for a range that is empty or outside the volume.
+    /// [`Error::Usage`](crate::Error::Usage) for a range that is empty or outside the volume, and for numbers of samples or
+    /// relaxations beyond reach; [`Error::Range`](crate::Error::Range) for a start outside the range.
     pub fn resolve(&self, range: (f64, f64), samples: &Statistics) -> Result<Parameters> {
         let covered = self.range.map(|r| r.resolve(range, Some(samples))).transpose()?;
-        let parameters = Parameters { range: covered, ..self.parameters.clone() }.within(range)?;
+        let parameters = Parameters { range: covered, start: None, ..self.parameters.clone() };
+        let parameters = parameters.within(range)?;
         let covered = parameters.range.unwrap_or(range);
         let start = self.start.map(|c| c.resolve(covered, Some(samples))).transpose()?;
-        Ok(Parameters { start, ..parameters })
+        let parameters = Parameters { start, ..parameters };
+        parameters.check_sampling(covered)?;
+        Ok(parameters)
     }
 }

@@ -36,8 +36,8 @@ use crate::volume::Volume;
 ///
 /// # Errors
 ///
-/// [`Error::Usage`] for parameters that contradict the volume, [`Error::Input`] for a bad initial
-/// mesh, [`Error::Gpu`], [`Error::Interrupted`], [`Error::Internal`] where the volume's topology contradicts itself.
+/// [`Error::Usage`] for parameters that contradict the volume, [`Error::Range`] for a start outside the range,
+/// [`Error::Input`] for a bad initial mesh, [`Error::Gpu`], [`Error::Interrupted`], [`Error::Internal`] where the volume's topology contradicts itself.
 pub fn compute(
     volume: &Arc<Volume>,
     parameters: &Parameters,
@@ -48,6 +48,7 @@ pub fn compute(
     let range = parameters.range.unwrap_or(volume.range());
     let field = Arc::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
+    parameters.check_sampling(range)?;
     let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
     let initial = given.map(|given| initial::placed(&sweep, given)).transpose()?;
     let (swept, mut counts) = swept(&sweep, initial)?;

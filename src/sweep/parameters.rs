@@ -7,6 +7,12 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::setters::setters;
 
+/// Most sampling isovalues of a sweep: fifteen for each grey level of 16 bits. The sweep adds those that events need.
+const MAX_SAMPLES: f64 = 1e6;
+
+/// Most relaxations in a sampling step: a thousand times the default, by which the forces have vanished.
+const MAX_RELAX_ITERATIONS: u32 = 10_000;
+
 /// Every parameter of a sweep. Lengths are in voxels (the smallest spacing).
 ///
 /// Start from the default and set the others:
@@ -92,6 +98,34 @@ impl Parameters {
             );
         }
         Ok(Parameters { range: Some(cut), ..self.clone() })
+    }
+
+    /// Checks that the start is in the covered range, and that the numbers of sampling isovalues and of relaxations are
+    /// numbers that a computation can reach.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] for the start, [`Error::Usage`] for a number that is too large.
+    pub(crate) fn check_sampling(&self, (low, high): (f64, f64)) -> Result<()> {
+        if let Some(isovalue) = self.start
+            && !(low <= isovalue && isovalue <= high)
+        {
+            return Err(Error::Range { isovalue, low, high });
+        }
+        let n = self.step.map(|step| (high - low) / step).or(self.samples.map(|n| n as f64));
+        if n.is_some_and(|n| n > MAX_SAMPLES) {
+            return Err(Error::Usage(format!(
+                "{:.3e} sampling isovalues, expected at most {MAX_SAMPLES}",
+                n.unwrap_or_default()
+            )));
+        }
+        if self.relax_iterations > MAX_RELAX_ITERATIONS {
+            return Err(Error::Usage(format!(
+                "{} relaxations in a step, expected at most {MAX_RELAX_ITERATIONS}",
+                self.relax_iterations
+            )));
+        }
+        Ok(())
     }
 
     /// Checks that the parameters apply to a block of a volume.

@@ -1,6 +1,7 @@
 //! The isovalues of a verification: random ones, and pairs around
 //! events.
 
+use crate::error::{Error, Result};
 use crate::random::Random;
 use crate::spectrum::Event;
 use crate::volume::Volume;
@@ -15,6 +16,24 @@ pub struct Sampling {
     pub n_events: usize,
     /// Seed of the random choice.
     pub seed: u64,
+}
+
+/// Most random isovalues: a day of work for a small spectrum.
+const MAX_RANDOM: usize = 1_000_000;
+
+impl Sampling {
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for more random isovalues than a verification can reach.
+    pub(super) fn check(&self) -> Result<()> {
+        if self.n_random > MAX_RANDOM {
+            return Err(Error::Usage(format!(
+                "{} random isovalues, expected at most {MAX_RANDOM}",
+                self.n_random
+            )));
+        }
+        Ok(())
+    }
 }
 
 impl Default for Sampling {

@@ -337,3 +337,24 @@ fn a_spectrum_beyond_the_budget_that_was_set_is_refused() {
     folder.run(&[&compute[..], &budget[..]].concat());
     assert_eq!(folder.names(), ["s.isp"]);
 }
+
+#[test]
+fn numbers_beyond_reach_are_refused() {
+    let folder = Folder::with_spectrum();
+    for (flag, code, word) in [
+        ("--start=-1e9", 4, "-1000000000"),
+        ("--start=1e9", 4, "1000000000"),
+        ("--step=1e-9", 2, "at most 1000000"),
+        ("--samples=4294967295", 2, "at most 1000000"),
+        ("--relax-iterations=4294967295", 2, "at most 10000"),
+    ] {
+        let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "t.isp", flag];
+        contains(&folder.fails(&compute, code), &[word]);
+    }
+    let verify = ["verify", "s.isp", "--phantom", "sphere:12", "--n", "18446744073709551615"];
+    contains(&folder.fails(&verify, 2), &["at most 1000000"]);
+    let center = ["render", "s.isp", "-c", "50%", "-o", "s.png", "--color-center", "nan"];
+    contains(&folder.fails(&center, 2), &["--color-center", "expected a number"]);
+    let outside = ["analyze", "--phantom", "sphere:12", "--range", "1e8:1e9"];
+    contains(&folder.fails(&outside, 2), &["range 100000000 to 1000000000"]);
+}

@@ -129,3 +129,26 @@ fn max_edge_may_be_below_the_least_target_length() {
     let folder = Folder::new();
     ends(&folder, &compute(&["--phantom", "sphere:8", "--max-edge", "0.34"]), 0);
 }
+
+#[test]
+fn ranges_within_a_grey_level_are_computed() {
+    let noise: Vec<u8> = (0..512u32).map(|i| (i * 37 % 101) as u8).collect();
+    let mask: Vec<u8> = (0..512u32).map(|i| u8::from(i * 37 % 101 > 60)).collect();
+    for (samples, range, low, high) in [
+        (&noise, "50:50.4", 50.0, 50.4),
+        (&noise, "50.2:50.20001", 50.2, 50.20001),
+        (&mask, "0.4:0.6", 0.4, 0.6),
+        (&mask, "40%:60%", 0.4, 0.6),
+    ] {
+        let folder = Folder::new();
+        let name = "a_8x8x8_uint8.raw";
+        folder.write(name, samples);
+        ends(&folder, &compute(&[name, "--range", range]), 0);
+        let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
+        let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
+        let isovalues: Vec<f64> =
+            [0.0, 0.31, 0.77, 1.0].iter().map(|t| low * (1.0 - t) + high * t).collect();
+        assert_isosurfaces(&volume.expect("a volume"), &spectrum, &isovalues, range);
+        ends(&folder, &compute(&[name, "--range", range, "--brick", "4"]), 0);
+    }
+}

@@ -79,7 +79,9 @@ impl March<'_, '_> {
         let (low, high) = self.sweep.range;
         let length = f64::from(STEP_LENGTH * slope) / self.field().scale();
         let shortest = (MIN_STEP_SHARE * (high - low)).max(MIN_STEP_LEVELS * self.level());
-        length.clamp(shortest, (high - low) / 4.0)
+        // A range of less than half a grey level is shorter than four of the shortest steps.
+        let longest = (high - low) / 4.0;
+        length.clamp(shortest.min(longest), longest)
     }
 
     /// The next sampling isovalue.
