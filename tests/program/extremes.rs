@@ -152,3 +152,30 @@ fn ranges_within_a_grey_level_are_computed() {
         ends(&folder, &compute(&[name, "--range", range, "--brick", "4"]), 0);
     }
 }
+
+#[test]
+fn ranges_of_few_floating_point_numbers_are_computed() {
+    let is_high = |i: u32| i * 37 % 101 > 60;
+    let mask =
+        |low: f64, high: f64, n: u32| bytes((0..n).map(|i| if is_high(i) { high } else { low }));
+    let volumes = [
+        ("a_9x9x9_float64.raw", mask(0.3, 0.1 + 0.2, 729)),
+        ("b_2x2x2_float64.raw", mask(1.0, 1.0f64.next_up(), 8)),
+        ("c_2x2x2_float64.raw", mask(1e15, 1e15 + 0.125, 8)),
+        ("d_3x4x9_float64.raw", offset_noise(-1e12, 1.0 / 8192.0, 108)),
+        ("e_8x3x7_float64.raw", offset_noise(1e15, 0.125, 27).repeat(7)[..8 * 168].to_vec()),
+    ];
+    for (name, samples) in volumes {
+        for flags in [&[][..], &["--error", "0.02"], &["--brick", "4"]] {
+            let folder = Folder::new();
+            folder.write(name, &samples);
+            ends(&folder, &compute(&[&[name], flags].concat()), 0);
+            let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
+            let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
+            let volume = volume.expect("a volume");
+            let (low, high) = volume.range();
+            let isovalues = [low, low.next_up(), 0.5 * low + 0.5 * high, high.next_down(), high];
+            assert_isosurfaces(&volume, &spectrum, &isovalues, name);
+        }
+    }
+}

@@ -158,6 +158,6 @@ impl March<'_, '_> {
 }
 
 /// The next floating point number towards another.
-fn neighbour(at: f64, to: f64) -> f64 {
+pub(super) fn neighbour(at: f64, to: f64) -> f64 {
     if to > at { at.next_up() } else { at.next_down() }
 }
