@@ -13,7 +13,7 @@
 @group(0) @binding(7) var<storage, read> ends: array<f32>;
 
 /// Where a constrained vertex at p is after a share of its way.
-fn held_at(p: vec3<f32>, end: vec3<f32>, share: f32) -> vec3<f32> {
+fn constrained_at(p: vec3<f32>, end: vec3<f32>, share: f32) -> vec3<f32> {
     // Not p + share * (end - p): a share of one must give the end itself.
     return p * (1.0 - share) + end * share;
 }
@@ -27,7 +27,7 @@ fn project(@builtin(global_invocation_id) id: vec3<u32>) {
     let p = position(v);
     if extractBits(constrained[v / 4u], 8u * (v % 4u), 8u) != 0u {
         let end = vec3<f32>(ends[3u * v], ends[3u * v + 1u], ends[3u * v + 2u]);
-        let q = held_at(p, end, parameters.share);
+        let q = constrained_at(p, end, parameters.share);
         positions[3u * v] = q.x;
         positions[3u * v + 1u] = q.y;
         positions[3u * v + 2u] = q.z;

@@ -76,8 +76,8 @@ pub fn distance(volume: &Volume, isovalue: f64, point: [f32; 3], normal: [f32; 3
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Usage`] for too many isovalues, [`Error::Interrupted`] if `progress` is
-/// cancelled. A spectrum that fails is not an error: see [`Report::passed`].
+/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Usage`] for too many isovalues,
+/// [`Error::Interrupted`] if `progress` is cancelled. A spectrum that fails is not an error: see [`Report::passed`].
 pub fn verify(
     spectrum: &Spectrum,
     volume: &Volume,

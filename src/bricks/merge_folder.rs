@@ -76,8 +76,8 @@ pub fn merge_to_folder(
     Ok(index)
 }
 
-/// Merges all parts to a folder at `path`, which replaces a folder of parts that was there, if nothing else is in it. The folder is written within
-/// `work`, or a new temporary folder next to `path`; memory as for [`merge_to_folder`].
+/// Merges all parts to a folder at `path`, which replaces a folder of parts that was there, if nothing else is in it. The
+/// folder is written within `work`, or a new temporary folder next to `path`; memory as for [`merge_to_folder`].
 ///
 /// # Errors
 ///

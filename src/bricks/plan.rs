@@ -105,8 +105,9 @@ impl Plan {
         parameters.check_for_blocks()?;
         let info = survey.info();
         let parameters = parameters.within(info.range)?;
-        parameters.check_sampling(parameters.range.unwrap_or(info.range))?;
-        let range = Some(parameters.range.unwrap_or(info.range));
+        let covered = parameters.range.unwrap_or(info.range);
+        parameters.check_sampling(covered)?;
+        let range = Some(covered);
         let blocks = cut(info.dims, side);
         if blocks.len() > MAX_BRICKS {
             let n = blocks.len();

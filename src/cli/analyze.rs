@@ -94,10 +94,7 @@ impl Analyze {
             .range
             .map(|range| range.resolve(volume.range(), Some(&Statistics::of(&volume))))
             .transpose()?;
-        let range = match range {
-            Some(range) => Parameters::default().with_range(range).within(volume.range())?.range,
-            None => None,
-        };
+        let range = Parameters::default().with_range(range).within(volume.range())?.range;
         let bar = Bar::new(quiet);
         bar.report(0.0, "topology");
         let field = ExactField::new(&volume)?;

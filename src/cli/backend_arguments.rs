@@ -20,7 +20,9 @@ pub(super) struct BackendArguments {
     /// GPU to use, by a part of its name
     #[arg(long, value_name = "NAME", hide_short_help = true)]
     adapter: Option<String>,
-    /// Number of CPU threads, at most four for each processor [default: all]
+    /// Number of CPU threads [default: all]
+    ///
+    /// At most four are started for each processor.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }

@@ -57,7 +57,7 @@ impl CpuKernels {
             let p = positions[v];
             *result = if connectivity.constrained[v] != 0 {
                 let end = ends.get(v).map_or(p, |&end| end.into());
-                (project::held_at(p, end, share), Status::Reached)
+                (project::constrained_at(p, end, share), Status::Reached)
             } else {
                 step::onto_isosurface(field, p, normals[v], isovalue, reach)
             };
@@ -113,7 +113,7 @@ impl Kernels for CpuKernels {
 
     fn advance(&mut self, advance: &Advance) -> Result<Advanced> {
         for (i, &isovalue) in advance.isovalues.iter().enumerate() {
-            self.project(isovalue, advance.reach, advance.ends, advance.held_share(i));
+            self.project(isovalue, advance.reach, advance.ends, advance.constrained_share(i));
         }
         self.relax(advance.relaxation);
         self.update_normals();

@@ -366,7 +366,7 @@ impl Kernels for GpuKernels {
         let relaxes_at_last = isovalues.last() == Some(&relaxed_at);
         let mut encoder = self.pipelines.gpu.encoder("advance");
         for (i, &isovalue) in isovalues.iter().enumerate() {
-            self.set_parameters(isovalue, reach, strength, advance.held_share(i));
+            self.set_parameters(isovalue, reach, strength, advance.constrained_share(i));
             self.encode_projection(&mut encoder.begin_compute_pass(&Default::default()));
             if i + 1 < isovalues.len() || !relaxes_at_last {
                 self.submit(&mut encoder);

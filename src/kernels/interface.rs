@@ -85,7 +85,7 @@ pub const RELAX_CHECK_EVERY: u32 = 8;
 
 impl Advance<'_> {
     /// The share of its remaining way by which projection `i` moves a constrained vertex.
-    pub(super) fn held_share(&self, i: usize) -> f32 {
+    pub(super) fn constrained_share(&self, i: usize) -> f32 {
         if self.ends.is_empty() { 0.0 } else { 1.0 / (self.isovalues.len() - i) as f32 }
     }
 }

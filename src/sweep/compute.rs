@@ -37,7 +37,8 @@ use crate::volume::Volume;
 /// # Errors
 ///
 /// [`Error::Usage`] for parameters that contradict the volume, [`Error::Range`] for a start outside the range,
-/// [`Error::Input`] for a bad initial mesh, [`Error::Gpu`], [`Error::Interrupted`], [`Error::Internal`] where the volume's topology contradicts itself.
+/// [`Error::Input`] for a bad initial mesh, [`Error::Gpu`], [`Error::Interrupted`], [`Error::Internal`] where the volume's
+/// topology contradicts itself.
 pub fn compute(
     volume: &Arc<Volume>,
     parameters: &Parameters,

@@ -113,11 +113,11 @@ impl Parameters {
             return Err(Error::Range { isovalue, low, high });
         }
         let n = self.step.map(|step| (high - low) / step).or(self.samples.map(|n| n as f64));
-        if n.is_some_and(|n| n > MAX_SAMPLES) {
-            return Err(Error::Usage(format!(
-                "{:.3e} sampling isovalues, expected at most {MAX_SAMPLES}",
-                n.unwrap_or_default()
-            )));
+        if let Some(n) = n
+            && n > MAX_SAMPLES
+        {
+            let message = format!("{n:.3e} sampling isovalues, expected at most {MAX_SAMPLES}");
+            return Err(Error::Usage(message));
         }
         if self.relax_iterations > MAX_RELAX_ITERATIONS {
             return Err(Error::Usage(format!(

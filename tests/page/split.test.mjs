@@ -106,15 +106,21 @@ test("the page can send requests to its own server only", async () => {
     await context.close();
 });
 
-test("a file that cannot be loaded is reported, and the picture stays", async () => {
-    const { page, context } = await opened(`${origin}/`);
-    await page.route("**/*.bin", (route) => route.fulfill({ status: 404, body: "" }));
+/** Shows an isovalue whose file is not answered as it should be, and asserts that the reason is shown and the picture stays. */
+async function assertReported(page, reason) {
     const { low, high, isovalue } = await state(page);
     const distant = isovalue - low > high - isovalue ? low + 0.02 * (high - low) : high - 0.02 * (high - low);
     await page.evaluate((c) => window.isospectrum.setIsovalue(c), distant);
-    await page.waitForFunction(() => document.getElementById("loading").textContent.includes("cannot be loaded"));
+    await page.waitForFunction((text) => document.getElementById("loading").textContent.includes(text), reason);
     const after = await state(page);
     assert.ok(!after.isWhole && after.nTriangles > 0);
+    return { isovalue, distant };
+}
+
+test("a file that cannot be loaded is reported, and the picture stays", async () => {
+    const { page, context } = await opened(`${origin}/`);
+    await page.route("**/*.bin", (route) => route.fulfill({ status: 404, body: "" }));
+    const { isovalue, distant } = await assertReported(page, "cannot be loaded");
     // The next attempt succeeds.
     await page.unroute("**/*.bin");
     await shown(page, isovalue);
@@ -126,11 +132,6 @@ test("a file of another page is not shown but reported, and the picture stays", 
     const { page, context } = await opened(`${origin}/`);
     const other = (name) => readFileSync(join(site, name === names[0] ? names[1] : names[0]));
     await page.route("**/*.bin", (route) => route.fulfill({ body: other(basename(route.request().url())) }));
-    const { low, high, isovalue } = await state(page);
-    const distant = isovalue - low > high - isovalue ? low + 0.02 * (high - low) : high - 0.02 * (high - low);
-    await page.evaluate((c) => window.isospectrum.setIsovalue(c), distant);
-    await page.waitForFunction(() => document.getElementById("loading").textContent.includes("not the file of this page"));
-    const after = await state(page);
-    assert.ok(!after.isWhole && after.nTriangles > 0);
+    await assertReported(page, "not the file of this page");
     await context.close();
 });

@@ -71,6 +71,23 @@ fn offset_noise(offset: f64, step: f64, n: u32) -> Vec<u8> {
     bytes((0..n).map(|i| offset + f64::from(i.wrapping_mul(2_654_435_761) % n) * step))
 }
 
+/// Computes a volume with some flags and asserts that its meshes have the topology of the isosurfaces at `isovalues` of its range.
+fn assert_computed(
+    name: &str,
+    samples: &[u8],
+    flags: &[&str],
+    isovalues: impl FnOnce((f64, f64)) -> Vec<f64>,
+) {
+    let folder = Folder::new();
+    folder.write(name, samples);
+    ends(&folder, &compute(&[&[name], flags].concat()), 0);
+    let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
+    let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
+    let volume = volume.expect("a volume");
+    let what = format!("{name} {flags:?}");
+    assert_isosurfaces(&volume, &spectrum, &isovalues(volume.range()), &what);
+}
+
 #[test]
 fn ranges_that_are_small_next_to_their_offset_are_computed() {
     // With 10^15 and 1/8, and with whole numbers from 5 * 10^15 on, no number lies between two samples.
@@ -82,16 +99,10 @@ fn ranges_that_are_small_next_to_their_offset_are_computed() {
         ("e_6x6x6_float64.raw", offset_noise(-1e14, 0.125, 216)),
     ];
     for (name, samples) in volumes {
-        let folder = Folder::new();
-        folder.write(name, &samples);
-        ends(&folder, &compute(&[name]), 0);
-        let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
-        let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
-        let volume = volume.expect("a volume");
-        let (low, high) = volume.range();
-        let share = |i: u32| (f64::from(i) + 0.37) / 120.0;
-        let isovalues: Vec<f64> = (0..120).map(|i| low + share(i) * (high - low)).collect();
-        assert_isosurfaces(&volume, &spectrum, &isovalues, name);
+        assert_computed(name, &samples, &[], |(low, high)| {
+            let share = |i: u32| (f64::from(i) + 0.37) / 120.0;
+            (0..120).map(|i| low + share(i) * (high - low)).collect()
+        });
     }
 }
 
@@ -140,16 +151,11 @@ fn ranges_within_a_grey_level_are_computed() {
         (&mask, "0.4:0.6", 0.4, 0.6),
         (&mask, "40%:60%", 0.4, 0.6),
     ] {
-        let folder = Folder::new();
-        let name = "a_8x8x8_uint8.raw";
-        folder.write(name, samples);
-        ends(&folder, &compute(&[name, "--range", range]), 0);
-        let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
-        let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
-        let isovalues: Vec<f64> =
-            [0.0, 0.31, 0.77, 1.0].iter().map(|t| low * (1.0 - t) + high * t).collect();
-        assert_isosurfaces(&volume.expect("a volume"), &spectrum, &isovalues, range);
-        ends(&folder, &compute(&[name, "--range", range, "--brick", "4"]), 0);
+        for flags in [&["--range", range][..], &["--range", range, "--brick", "4"]] {
+            assert_computed("a_8x8x8_uint8.raw", samples, flags, |_| {
+                [0.0, 0.31, 0.77, 1.0].iter().map(|t| low * (1.0 - t) + high * t).collect()
+            });
+        }
     }
 }
 
@@ -167,15 +173,9 @@ fn ranges_of_few_floating_point_numbers_are_computed() {
     ];
     for (name, samples) in volumes {
         for flags in [&[][..], &["--error", "0.02"], &["--brick", "4"]] {
-            let folder = Folder::new();
-            folder.write(name, &samples);
-            ends(&folder, &compute(&[&[name], flags].concat()), 0);
-            let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
-            let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
-            let volume = volume.expect("a volume");
-            let (low, high) = volume.range();
-            let isovalues = [low, low.next_up(), 0.5 * low + 0.5 * high, high.next_down(), high];
-            assert_isosurfaces(&volume, &spectrum, &isovalues, name);
+            assert_computed(name, &samples, flags, |(low, high)| {
+                vec![low, low.next_up(), 0.5 * low + 0.5 * high, high.next_down(), high]
+            });
         }
     }
 }

@@ -147,7 +147,12 @@ impl March<'_, '_> {
         let (low, high) = self.sweep.range;
         // Within a grey level no sample is crossed, but the surface comes near samples of both levels.
         (step.next - step.at).abs() <= self.level().max(MIN_STEP_SHARE * (high - low))
-            || step.next == neighbour(step.at, step.next)
+            || Self::is_shortest(step)
+    }
+
+    /// Whether a step is one between neighbouring floating point numbers, so that none is shorter.
+    pub(super) fn is_shortest(step: Step) -> bool {
+        step.next == neighbour(step.at, step.next)
     }
 
     /// Whether a step fails for too much of the mesh.
@@ -158,6 +163,6 @@ impl March<'_, '_> {
 }
 
 /// The next floating point number towards another.
-pub(super) fn neighbour(at: f64, to: f64) -> f64 {
+fn neighbour(at: f64, to: f64) -> f64 {
     if to > at { at.next_up() } else { at.next_down() }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use super::length::{CALM_FACTOR, REGROWTH_FACTOR, neighbour, start};
+use super::length::{CALM_FACTOR, REGROWTH_FACTOR, start};
 use super::state::{March, State, WorkDone, sorted};
 use crate::error::Result;
 use crate::kernels::{DeviceWork, Kernels};
@@ -64,10 +64,9 @@ impl March<'_, '_> {
         while state.at != last {
             self.sweep.cancelled()?;
             let step = Step { at: state.at, next: self.next(state.at, last, length) };
-            // The threshold is half-way between both lengths, as steps end between grey levels. A step between neighbouring floating
-            // point numbers cannot be shorter.
+            // The threshold is half-way between both lengths, as steps end between grey levels.
             let is_long = (step.next - step.at).abs() > 0.5 * (1.0 + CALM_FACTOR) * usual
-                && step.next != neighbour(step.at, last);
+                && !Self::is_shortest(step);
             if !self.take_step(state, step, is_long, kernels)? {
                 length = 0.5 * (step.next - step.at).abs();
                 if self.level() > 0.0 {

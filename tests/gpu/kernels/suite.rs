@@ -208,7 +208,7 @@ fn half_constrained_in_noise(random: &mut Random) -> (Arc<Volume>, Mesh) {
     (v, mesh)
 }
 
-pub(crate) fn held_vertices_do_not_move(backend: Backend) {
+pub(crate) fn constrained_vertices_do_not_move(backend: Backend) {
     let (v, mesh) = half_constrained_in_noise(&mut Random(11));
     let mut kernels = backend(&v);
     kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
@@ -250,7 +250,7 @@ pub(crate) fn an_advance_is_its_projections_and_its_relaxation(backend: Backend)
     }
 }
 
-pub(crate) fn held_vertices_move_to_their_ends(backend: Backend) {
+pub(crate) fn constrained_vertices_move_to_their_ends(backend: Backend) {
     let mut random = Random(13);
     let (v, mesh) = half_constrained_in_noise(&mut random);
     let top = Vec3::new(11.0, 12.0, 13.0);
