@@ -51,7 +51,7 @@ def test_tqdm_shows_a_bar_on_a_terminal():
     code = """
         import numpy as np, sys, isospectrum
         sys.stderr.isatty = lambda: True
-        a = np.random.default_rng(1).random((12, 12, 12))
+        a = np.random.default_rng(1).random((24, 24, 24))
         isospectrum.compute(a, backend="cpu")
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True)
