@@ -88,5 +88,5 @@ def topology(triangles: np.ndarray, n_vertices: int) -> tuple[int, int]:
 
 def chromium() -> str | None:
     """The path of Chromium: $CHROMIUM, or that of the system."""
-    names = ("chromium", "chromium-browser", "google-chrome")
+    names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
     return os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, names)), None)

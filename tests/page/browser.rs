@@ -286,9 +286,19 @@ fn write_ball(folder: &Folder) {
     folder.run(&["html", "ball.isp", "-o", "ball.html"]);
 }
 
-/// A page in several files, and the same in one file. The volume is so large that rounding moves no vertex by a pixel.
+/// A page in several files, and the same in one file: noise in the middle of a volume that is so large that rounding moves no
+/// vertex by a pixel.
 fn write_split(folder: &Folder) {
-    let compute = ["compute", "--phantom", "noise:33:5", "-o", "large.isp"];
+    const SIDE: usize = 33;
+    const NOISE: usize = 18;
+    const START: usize = (SIDE - NOISE) / 2;
+    let mut samples = vec![0; SIDE.pow(3)];
+    for (i, row) in noise(NOISE.pow(3)).chunks(NOISE).enumerate() {
+        let start = ((START + i / NOISE) * SIDE + START + i % NOISE) * SIDE + START;
+        samples[start..start + NOISE].copy_from_slice(row);
+    }
+    folder.write("large_33x33x33_uint8.raw", &samples);
+    let compute = ["compute", "large_33x33x33_uint8.raw", "-o", "large.isp"];
     folder.run(&[&compute[..], &["--backend", "cpu"]].concat());
     folder.run(&["html", "large.isp", "--split", "split"]);
     folder.run(&["html", "large.isp", "-o", "unsplit.html"]);

@@ -280,7 +280,7 @@ describe("inputs", () => {
     });
 
     test("axes and a scale bar are drawn, distances are measured, points and curves have values", async () => {
-        const { page, close } = await watched(browser);
+        const { page, close } = await watched(browser, { viewport: { width: 720, height: 640 } });
         // A ball of 3.5 voxels around (28, 29, 12).
         await open(page, { isovalue: "150", view: "0,0,0.2,8.5,9.5,-7.5", renderer: "webgl2" }, "ball.html");
         await page.locator("#canvas").focus();

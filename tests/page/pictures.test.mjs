@@ -14,10 +14,12 @@ describe("pictures", () => {
     before(async () => { browser = await launch(); });
     after(() => browser.close());
 
-    test("WebGPU, WebGL2 and native pictures agree at every isovalue", async () => {
+    test("WebGPU, WebGL2 and native pictures agree at every isovalue", async (t) => {
+        const screen = await launch({ hasGpuCompositing: true });
+        t.after(() => screen.close());
         const drawn = {};
         for (const renderer of ["webgpu", "webgl2"]) {
-            const { page, close } = await watched(browser);
+            const { page, close } = await watched(renderer === "webgpu" ? screen : browser);
             await open(page, { renderer, view: expected.view });
             assert.equal((await state(page)).renderer.toLowerCase(), renderer);
             await setNativeSize(page);
@@ -29,8 +31,8 @@ describe("pictures", () => {
                 assert.ok(covered > 0.01 && covered < 0.9, `${renderer}, ${isovalue}: covers ${covered}`);
                 const native = readPng(join(folder, `native-${i}.png`));
                 assertSimilar(picture, native, TO_NATIVE, `${renderer} to native, ${isovalue}`);
-                const screen = decodePng(await page.locator("canvas").screenshot());
-                assertSimilar(picture, screen, TO_SCREEN, `${renderer} to screen, ${isovalue}`);
+                const shown = decodePng(await page.locator("canvas").screenshot());
+                assertSimilar(picture, shown, TO_SCREEN, `${renderer} to screen, ${isovalue}`);
                 drawn[renderer].push(picture);
             }
             await close();

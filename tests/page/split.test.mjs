@@ -5,7 +5,7 @@ import { existsSync, readFileSync, readdirSync, statSync } from "node:fs";
 import { createServer } from "node:http";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
-import { address, folder, launch, pixels, ready, settled, state } from "./browser.mjs";
+import { VIEWPORT, address, folder, launch, pixels, ready, settled, state } from "./browser.mjs";
 import { assertSimilar } from "./pixels.mjs";
 
 const site = join(folder, "split");
@@ -33,7 +33,7 @@ after(async () => {
 /** Opens a page and waits until it is ready. */
 async function opened(url) {
     requested = [];
-    const context = await browser.newContext({ viewport: { width: 720, height: 640 } });
+    const context = await browser.newContext({ viewport: VIEWPORT });
     const page = await context.newPage();
     const complaints = [];
     page.on("pageerror", (error) => complaints.push(error.message));

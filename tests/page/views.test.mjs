@@ -21,9 +21,11 @@ describe("views", () => {
     before(async () => { browser = await launch(); });
     after(() => browser.close());
 
-    test("parallel projection and ambient occlusion are those of native pictures", async () => {
+    test("parallel projection and ambient occlusion are those of native pictures", async (t) => {
+        const screen = await launch({ hasGpuCompositing: true });
+        t.after(() => screen.close());
         for (const renderer of ["webgpu", "webgl2"]) {
-            const { page, close } = await watched(browser);
+            const { page, close } = await watched(renderer === "webgpu" ? screen : browser);
             const first = { renderer, view: expected.view, isovalue: String(expected.isovalues[2]) };
             await open(page, { ...first, orthographic: "1" });
             await setNativeSize(page);
@@ -40,8 +42,8 @@ describe("views", () => {
                 // Occlusion changes many pixels by little: the mean must be nearer to the native picture than to the plain one.
                 const [own, other] = [native(name), plain].map((p) => difference(picture, p).mean);
                 assert.ok(other > 2 * own, `${name}: ${other} from the plain picture, ${own} from its own`);
-                const screen = decodePng(await page.locator("canvas").screenshot());
-                assertSimilar(picture, screen, TO_SCREEN, `${renderer}, ${name} on the screen`);
+                const shown = decodePng(await page.locator("canvas").screenshot());
+                assertSimilar(picture, shown, TO_SCREEN, `${renderer}, ${name} on the screen`);
             }
             await close();
         }
