@@ -68,7 +68,7 @@ fn assert_same(mesh: &Mesh, expected: &Mesh, what: &str) {
 #[test]
 fn meshes_of_the_folder_are_those_of_the_file() {
     for (name, side, range) in
-        [("noise:13:6", 6, None), ("blobs:19", 6, Some((0.2, 0.6))), ("gyroid:9", 4, None)]
+        [("noise:11:6", 5, None), ("blobs:15", 5, Some((0.2, 0.6))), ("gyroid:9", 4, None)]
     {
         let Both { file, split, folder: _folder } =
             both(phantom(name).expect("a phantom"), side, range);
@@ -189,7 +189,7 @@ fn exceeding_a_limit_is_an_error_as_soon_as_it_is_known() {
 
 #[test]
 fn only_parts_that_live_at_an_isovalue_are_read() {
-    let Both { folder, file, split } = both(phantom("blobs:25").expect("a phantom"), 8, None);
+    let Both { folder, file, split } = both(phantom("blobs:17").expect("a phantom"), 6, None);
     let (low, high) = file.range();
     let c = low + 0.9 * (high - low);
     let needed: Vec<(usize, usize)> =
