@@ -76,7 +76,7 @@ pub struct Totals {
     pub n_triangles: f64,
     /// Share of all triangles that cross others.
     pub self_intersecting_share: f64,
-    /// Share of triangles whose normal points to higher values.
+    /// Share of triangles whose normal points to the inner side.
     pub inverted_share: f64,
     /// From vertices to the isosurface, voxels.
     pub vertex_deviation: Summary,
