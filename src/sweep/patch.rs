@@ -16,7 +16,7 @@ use super::region::LatticeEdge;
 use super::shared::{SharedPlanes, WholeEdge};
 use super::thin::{Candidate, ErrorBound, thin};
 use super::tracked::EDGE_MARGIN;
-use crate::spectrum::{Knot, Patch, Triangle};
+use crate::spectrum::{Knot, Patch, Triangle, quantum};
 use crate::topology::exact::ExactField;
 use crate::volume::Outside;
 
@@ -94,10 +94,13 @@ struct Trajectories<'a> {
     own: Vec<Vec<(f64, Vec3)>>,
     /// Knots of trajectories inside cells.
     inner: Vec<Vec<(f64, Vec3)>>,
+    /// Lowest and highest corner of the box of the whole volume, multiples of the unit of stored positions inside it.
+    corners: [Vec3; 2],
 }
 
 impl Trajectories<'_> {
-    /// Calls `f` with the knots of a trajectory, ascending, in the frame of the whole.
+    /// Calls `f` with the knots of a trajectory, ascending, in the frame of the whole. Positions in the layer around the volume move to
+    /// its border.
     fn each(&self, i: usize, f: &mut dyn FnMut(f64, Vec3)) {
         let size = self.field.volume().voxel_size();
         let first = self.field.first();
@@ -118,7 +121,8 @@ impl Trajectories<'_> {
         let last = knots.len() - 1;
         for (k, &(c, p)) in knots.iter().enumerate() {
             let c = if k == 0 { c.min(low) } else { c };
-            f(if k == last { c.max(high) } else { c }, p + by);
+            let p = (p + by).clamp(self.corners[0], self.corners[1]);
+            f(if k == last { c.max(high) } else { c }, p);
         }
     }
 }
@@ -166,7 +170,8 @@ pub(super) fn patch(
             spans[v] = (spans[v].0.min(low), spans[v].1.max(high));
         }
     }
-    let trajectories = Trajectories { field, range, tracks, spans, first_own, own, inner };
+    let corners = [Vec3::ZERO, highest_corner(field, thinning.tolerance)];
+    let trajectories = Trajectories { field, range, tracks, spans, first_own, own, inner, corners };
     log_sizes(&trajectories);
     let mut patch = with_knots(&trajectories, &ends);
     let rank = |c: &f64| patch.isovalues.partition_point(|x| x < c) as u32;
@@ -181,6 +186,15 @@ pub(super) fn patch(
         _ => None,
     });
     Swept { n_tracked, shared: edges.collect(), patch }
+}
+
+/// The highest corner of the box of the whole volume, rounded down to the unit of stored positions.
+fn highest_corner(field: &ExactField, tolerance: f32) -> Vec3 {
+    let volume = field.volume();
+    let (whole, size) = (volume.block_position().whole, volume.voxel_size());
+    let unit = quantum(tolerance.into());
+    let length = |a: usize| (whole[a] - 1) as f64 * size[a];
+    Vec3::from([0, 1, 2].map(|a| ((length(a) / unit).floor() * unit) as f32))
 }
 
 /// The table of isovalues, the ends of lifetimes among them, and the knots of all trajectories.
