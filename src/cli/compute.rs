@@ -167,6 +167,8 @@ impl Compute {
             return Err(Error::internal("a folder of parts is computed in bricks only").into());
         };
         let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
+        // With the positions that the file has.
+        let spectrum = spectrum.quantised();
         let measured = (!quiet || self.json)
             .then(|| Measured::of(&spectrum, prepared.volume(), forecast, quiet));
         let measured = measured.transpose()?;

@@ -183,14 +183,11 @@ fn too_little_memory_is_an_error_before_the_work() {
 #[test]
 fn compute_says_which_promise_a_mask_breaks_and_what_helps() {
     let folder = Folder::new();
-    let is_in_ball = |i: usize| {
-        let p = [i % 11, i / 11 % 11, i / 121].map(|x| x as f64 - 5.0);
-        p.iter().map(|x| x * x).sum::<f64>() < 16.0
-    };
-    let samples: Vec<u8> = (0..11 * 11 * 11).map(|i| u8::from(is_in_ball(i))).collect();
-    folder.write("mask_11x11x11_uint8.raw", &samples);
-    let compute =
-        ["compute", "mask_11x11x11_uint8.raw", "--backend", "cpu", "-o", "s.isp", "--json"];
+    // A diagonal thread.
+    let is_in_thread = |i: usize| i % 9 < 8 && i == (i % 9) * (1 + 9 + 81);
+    let samples: Vec<u8> = (0..9 * 9 * 9).map(|i| u8::from(is_in_thread(i))).collect();
+    folder.write("mask_9x9x9_uint8.raw", &samples);
+    let compute = ["compute", "mask_9x9x9_uint8.raw", "--backend", "cpu", "-o", "s.isp", "--json"];
     let output = folder.run(&compute);
     let text = stderr(&output);
     let line = text.lines().find(|line| line.contains("does not keep its promises"));
@@ -199,7 +196,7 @@ fn compute_says_which_promise_a_mask_breaks_and_what_helps() {
     let broken = program::json(&output)["broken_promises"].clone();
     let broken = broken.as_array().expect("a list");
     assert!(!broken.is_empty());
-    let verified = folder.run_for(&["verify", "s.isp", "mask_11x11x11_uint8.raw", "-q"], 5);
+    let verified = folder.run_for(&["verify", "s.isp", "mask_9x9x9_uint8.raw", "-q"], 5);
     let verified = stderr(&verified);
     for promise in broken {
         let promise = promise.as_str().expect("text");
