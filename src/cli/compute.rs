@@ -81,7 +81,7 @@ struct Computed<'a> {
     seconds: f64,
     /// Quality of the spectrum at a few isovalues; none after bricks, as the whole volume is not in memory.
     measured: Option<SpotCheck>,
-    /// The promises that do not hold, of a verification with default flags up to 64^3 samples, else at fewer isovalues; none after bricks.
+    /// The promises that do not hold, of a verification with default flags up to 20^3 samples, else at fewer isovalues; none after bricks.
     broken_promises: Option<Vec<String>>,
     /// What was expected before the sweep; none for bricks.
     forecast: Option<Forecast>,

@@ -22,11 +22,12 @@ pub struct Sampling {
 /// Most random isovalues: a day of work for a small spectrum.
 const MAX_RANDOM: usize = 1_000_000;
 
-/// Volumes of at most so many samples are checked after their computation as by [`Sampling::default`]: 64 along each side.
-const MAX_DEFAULT_SAMPLES: usize = 1 << 18;
+/// Volumes of at most so many samples are checked after their computation as by [`Sampling::default`]: 20 along each side. More takes
+/// as long as the sweep (hydrogen, 32 along each side).
+const MAX_DEFAULT_SAMPLES: usize = 8_000;
 
 impl Sampling {
-    /// The sampling that `compute` can afford: the default up to 64^3 samples, then fewer isovalues the more samples there are.
+    /// The sampling that `compute` can afford: the default up to 20^3 samples, then fewer isovalues the more samples there are.
     pub fn affordable(volume: &Volume) -> Sampling {
         let all = Sampling::default();
         let times = volume.samples().len().div_ceil(MAX_DEFAULT_SAMPLES).max(1);
