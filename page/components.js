@@ -8,7 +8,7 @@ const MAX_PICKS = 250;
 
 /**
  * The components of a closed surface: the component of each triangle (`of`) and vertex (`ofVertex`), and a `list` of their volume
- * (negative around lower values), area without caps and number of triangles, in voxels, the largest volume first.
+ * (negative for a cavity), area without caps and number of triangles, in voxels, the largest volume first.
  */
 function componentsOf({ nTriangles, nVertices, triangles, corners, positions }, caps) {
     const { root, join } = disjointSets(nVertices);

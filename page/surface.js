@@ -29,7 +29,7 @@ class Surface {
         /** The vertices by their numbers in the spectrum; their positions, voxels. */
         this.vertices = new Uint32Array(0);
         this.positions = new Float32Array(0);
-        /** Normals of any length, towards lower values; and their codes. */
+        /** Normals of any length, towards the outer side; and their codes. */
         this.directions = new Float64Array(0);
         this.capDirections = new Float64Array(0);
         this.normals = new Uint32Array(0);

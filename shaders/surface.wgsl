@@ -9,7 +9,7 @@ struct SurfaceUniforms {
     eye_from_voxel: mat4x4<f32>,
     /// Transforms normals to the eye frame, up to their length; the fourth row and column are not used.
     eye_from_normal: mat4x4<f32>,
-    /// Linear colour of the side towards lower values of a plain surface.
+    /// Linear colour of the outer side of a plain surface.
     front: vec4<f32>,
     /// Linear colour of the side towards higher values of a plain surface; tints that side of other surfaces.
     back: vec4<f32>,
@@ -50,7 +50,7 @@ struct ActiveTriangle {
     /// The values that its colour shows: for the palette MAP the fraction of the map at each corner, 10 bits each, 1 to 1023
     /// for 0 to 1, 0 for no value; for the palette COMPONENTS the index of the component.
     values: u32,
-    /// Unit normals of the mesh at its corners, towards lower values: octahedral, two signed normalized 16-bit numbers each.
+    /// Unit normals of the mesh at its corners, towards the outer side: octahedral, two signed normalized 16-bit numbers each.
     /// Trajectories have no normals.
     normals: array<u32, 3>,
 }
@@ -89,7 +89,7 @@ struct Corner {
     @invariant @builtin(position) clip: vec4<f32>,
     /// Position, eye frame.
     @location(0) position: vec3<f32>,
-    /// Normal towards lower values, eye frame.
+    /// Normal towards the outer side, eye frame.
     @location(1) normal: vec3<f32>,
     /// Barycentric coordinates in the triangle.
     @location(2) barycentric: vec3<f32>,

@@ -1,6 +1,6 @@
 //! Verification of a spectrum against its volume: is the mesh at an isovalue the isosurface?
 //!
-//! Isovalues are random, and just before and just after events. At each, the topology and geometry of the mesh are
+//! Isovalues are random, just before and just after events, and numbers next to the values of samples and events. At each, the topology and geometry of the mesh are
 //! computed from its triangle list alone, and those of the isosurface from the samples alone
 //! ([`crate::extract::count`](mod@crate::extract::count)), independently of the sweep.
 //!
@@ -43,7 +43,7 @@ pub use promise::{Limits, Promise};
 pub use report::Report;
 
 use distribution::Distribution;
-use isovalues::{event_isovalues, random_isovalues};
+use isovalues::{event_isovalues, neighbours, random_isovalues};
 use measure::Geometry;
 use triangle_grid::TriangleGrid;
 
@@ -93,7 +93,9 @@ pub fn verify(
     let pairs =
         event_isovalues(spectrum.events(), spectrum.range(), sampling.n_events, &mut random);
     let elsewhere = coherence::busiest_elsewhere(spectrum, sampling.n_events);
-    let n_all = (single.len() + 2 * (pairs.len() + elsewhere.len())).max(1) as f64;
+    let neighbours = neighbours(volume, spectrum, sampling.n_events, &mut random);
+    let n_all =
+        (single.len() + 2 * (pairs.len() + elsewhere.len()) + neighbours.len()).max(1) as f64;
 
     let mut pooled = Geometry::new();
     let mut rows = Vec::new();
@@ -104,7 +106,8 @@ pub fn verify(
             return Err(Error::Interrupted);
         }
         let mesh = query.mesh_at(isovalue)?;
-        let (row, geometry) = measured(&field, isovalue, at_event, &mesh);
+        let (row, geometry) =
+            measured(&field, topology_row(&field, isovalue, at_event, &mesh), &mesh);
         if let Some(geometry) = geometry.filter(|_| !at_event) {
             pooled.merge(&geometry);
         }
@@ -125,6 +128,14 @@ pub fn verify(
     };
     let (at_events, beyond_at_events) = jumps_at(&pairs)?;
     let (elsewhere, beyond_elsewhere) = jumps_at(&elsewhere)?;
+    for isovalue in neighbours {
+        progress.report(rows.len() as f64 / n_all, "verifying");
+        if progress.cancelled() {
+            return Err(Error::Interrupted);
+        }
+        let row = topology_row(&field, isovalue, true, &query.mesh_at(isovalue)?);
+        rows.push(Row { is_neighbour: true, ..row });
+    }
     let continuity = Continuity {
         at_events,
         beyond_at_events,
@@ -200,34 +211,33 @@ fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
     Ok(())
 }
 
-/// All measurements at one isovalue; no geometry if the mesh is not inside the volume.
-fn measured(
-    field: &ExactField<'_>,
-    isovalue: f64,
-    at_event: bool,
-    mesh: &Mesh,
-) -> (Row, Option<Geometry>) {
-    let volume = field.volume();
+/// The topology at one isovalue.
+fn topology_row(field: &ExactField<'_>, isovalue: f64, at_event: bool, mesh: &Mesh) -> Row {
     let expected = count(field, isovalue);
     let topology = mesh_topology(mesh.positions.len(), &mesh.triangles);
-    let mut row = Row {
+    Row {
         isovalue,
         at_event,
+        is_neighbour: false,
         n_triangles: mesh.triangles.len(),
         expected_components: expected.len(),
         expected_euler: expected.iter().map(|component| component.euler).sum(),
         topology,
-        finite: measure::is_placed(volume, mesh),
+        finite: measure::is_placed(field.volume(), mesh),
         self_intersecting: 0,
         barycentre_deviation: Summary::default(),
         radius_ratio: Summary::default(),
-    };
+    }
+}
+
+/// Adds all other measurements; no geometry if the mesh is not inside the volume.
+fn measured(field: &ExactField<'_>, mut row: Row, mesh: &Mesh) -> (Row, Option<Geometry>) {
     if !row.finite {
         return (row, None);
     }
     let grid = TriangleGrid::new(mesh);
     row.self_intersecting = grid.self_intersecting().len();
-    let geometry = measure::measure(volume, isovalue, mesh, &grid);
+    let geometry = measure::measure(field.volume(), row.isovalue, mesh, &grid);
     row.barycentre_deviation = geometry.barycentre_deviation.summary();
     row.radius_ratio = geometry.radius_ratio.summary();
     (row, Some(geometry))

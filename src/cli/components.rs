@@ -70,7 +70,7 @@ struct Report {
 struct Row {
     /// From 1, the largest, counted over all components of the isosurface.
     number: usize,
-    /// True if it encloses lower values.
+    /// True if it is around a hollow: lower values, with `--outside high` higher ones.
     is_cavity: bool,
     /// Enclosed volume, caps included; cubes of the unit of the spacing.
     volume: f64,

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use clap::Args;
 use isospectrum::Forecast;
-use isospectrum::verify::{SpotCheck, spot_check};
-use isospectrum::{Error, Result};
+use isospectrum::verify::{Limits, Report, Sampling, SpotCheck, spot_check, verify};
+use isospectrum::{Error, Result, Spectrum, Volume};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
@@ -81,6 +81,8 @@ struct Computed<'a> {
     seconds: f64,
     /// Quality of the spectrum at a few isovalues; none after bricks, as the whole volume is not in memory.
     measured: Option<SpotCheck>,
+    /// The promises that do not hold, of a verification with default flags up to 20^3 samples, else at fewer isovalues; none after bricks.
+    broken_promises: Option<Vec<String>>,
     /// What was expected before the sweep; none for bricks.
     forecast: Option<Forecast>,
     #[serde(flatten)]
@@ -91,8 +93,49 @@ struct Computed<'a> {
 struct Finished<'a> {
     path: &'a Path,
     started: Instant,
-    measured: Option<(SpotCheck, Forecast)>,
+    measured: Option<Measured>,
     quiet: bool,
+}
+
+/// What is known of a spectrum whose volume is in memory.
+struct Measured {
+    spot: SpotCheck,
+    /// The promises that do not hold, and what helps.
+    broken: Vec<String>,
+    advice: &'static str,
+    forecast: Forecast,
+}
+
+impl Measured {
+    fn of(
+        spectrum: &Spectrum,
+        volume: &Volume,
+        forecast: Forecast,
+        quiet: bool,
+    ) -> Result<Measured> {
+        let spot = spot_check(spectrum, volume, N_MEASURED)?;
+        let sampling = Sampling::affordable(volume);
+        let found = verify(spectrum, volume, sampling, Limits::default(), &Bar::new(quiet))?;
+        let advice = advice(&found, volume);
+        Ok(Measured { spot, broken: found.failures, advice, forecast })
+    }
+}
+
+/// What helps a spectrum that does not pass its verification.
+fn advice(found: &Report, volume: &Volume) -> &'static str {
+    let totals = &found.totals;
+    if totals.topology_right.min(totals.manifold).min(totals.finite) < totals.isovalues {
+        return "please report this volume";
+    }
+    let (low, high) = volume.range();
+    let samples = volume.samples();
+    let has_two_values =
+        (0..samples.len()).map(|i| samples.get(i)).all(|value| value == low || value == high);
+    if has_two_values {
+        "the samples have two values only: --smooth 0.5 helps"
+    } else {
+        "--smooth 0.5 or a larger --error may help"
+    }
 }
 
 impl Compute {
@@ -124,9 +167,11 @@ impl Compute {
             return Err(Error::internal("a folder of parts is computed in bricks only").into());
         };
         let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
-        let measured =
-            (!quiet || self.json).then(|| spot_check(&spectrum, prepared.volume(), N_MEASURED));
-        let measured = measured.transpose()?.map(|measured| (measured, forecast));
+        // With the positions that the file has.
+        let spectrum = spectrum.quantised();
+        let measured = (!quiet || self.json)
+            .then(|| Measured::of(&spectrum, prepared.volume(), forecast, quiet));
+        let measured = measured.transpose()?;
         let made = Made::File(Box::new(spectrum), n_bytes);
         self.report(&made, Finished { path, started, measured, quiet })
     }
@@ -139,14 +184,25 @@ impl Compute {
         if quiet && !self.json {
             return Ok(());
         }
-        let (measured, forecast) = measured.unzip();
         log::info!("{}: done in {seconds:.1} s", path.display());
-        report::log_lines(&summary(&facts, measured.as_ref()));
+        report::log_lines(&summary(&facts, measured.as_ref().map(|m| &m.spot)));
+        if let Some(Measured { broken, advice, .. }) =
+            measured.as_ref().filter(|m| !m.broken.is_empty())
+        {
+            let broken = broken.join("; ");
+            log::warn!("{}: does not keep its promises: {broken}; {advice}", path.display());
+        }
+        let (forecast, broken_promises) =
+            measured.as_ref().map(|m| (m.forecast, m.broken.clone())).unzip();
+        let measured = measured.map(|m| m.spot);
         if log::log_enabled!(log::Level::Debug) {
             report::log_lines(&facts.table());
         }
         if self.json {
-            report::print_json("compute", &Computed { seconds, measured, forecast, facts })?;
+            report::print_json(
+                "compute",
+                &Computed { seconds, measured, broken_promises, forecast, facts },
+            )?;
         }
         Ok(())
     }

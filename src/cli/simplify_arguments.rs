@@ -19,7 +19,8 @@ pub(super) struct SimplifyArguments {
     /// Remove minima and maxima of a persistence below P
     ///
     /// The persistence of a minimum or maximum is the difference in value to the saddle at which its component ends. P is
-    /// a value, or a percentage of the range of the volume such as 5%. Samples change by up to about 2 P.
+    /// a value, or a percentage of the range of the volume such as 5%. Samples change by at most 1.5 P where smoothing suffices, else by more: up to 4.3 P
+    /// were found. The largest change is printed.
     #[arg(long, value_name = "P")]
     persistence: Option<Persistence>,
     /// Remove components and cavities below V voxels

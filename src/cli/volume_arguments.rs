@@ -57,7 +57,10 @@ pub(super) struct VolumeArguments {
     /// Replace samples that are not finite by this value
     #[arg(long, value_name = "VALUE", hide_short_help = true)]
     nan_as: Option<f64>,
-    /// Side of the isosurface that surrounds the volume; surfaces close around the other side
+    /// Side of the isosurface that surrounds the volume
+    ///
+    /// Surfaces close around the other side, and normals point out of it. `high` is for fields that are low inside, such as
+    /// distances.
     #[arg(long, value_name = "SIDE", default_value = "low", hide_short_help = true)]
     outside: Side,
 }

@@ -6,7 +6,7 @@
 //!
 //! The *mean curvature* is half the divergence of the unit normal field. Over a triangle the normals are interpolated
 //! linearly, so it is half the sum over the corners of the gradient of the corner's barycentric coordinate times the corner's
-//! normal. Normals point to lower values: a ball of high values with radius r has mean curvature 1/r, a saddle about 0.
+//! normal. Normals point to the outer side: a ball with radius r has mean curvature 1/r, a saddle about 0.
 
 use std::fmt;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub enum Color {
     Quality,
     /// Length of the triangle's lifetime as a fraction of the spectrum's range, 0 to 1.
     Lifetime,
-    /// Mean curvature, 1/voxel, positive where the surface is convex towards lower values. Computed from the mesh's normals,
+    /// Mean curvature, 1/voxel, positive where the surface is convex towards the outer side. Computed from the mesh's normals,
     /// which are weighted by area (an error of a sixth on a sphere of triangles of different sizes).
     Curvature,
     /// Distance from each vertex to the isosurface, voxels; needs the volume ([`ColorSources::distance`]).

@@ -44,7 +44,7 @@ pub struct Morph {
 pub struct MorphTarget {
     /// Voxel frame.
     pub positions: Vec<[f32; 3]>,
-    /// Towards lower values.
+    /// Towards the outer side.
     pub normals: Vec<[f32; 3]>,
 }
 

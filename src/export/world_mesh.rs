@@ -113,7 +113,7 @@ fn is_far(mesh: &Mesh, placement: &Placement) -> bool {
 /// Transforms a mesh from the voxel frame to the axes and the unit of the world, relative to the origin of the placement:
 /// direction * (smallest spacing * p). The origin is left to be added, because 32-bit floats lose the shape of a mesh that is
 /// far from the world's origin. Areas and volumes are those of the world. Where the axes of the volume are left-handed in the
-/// world, the winding of the triangles is reversed, so that they stay counter-clockwise seen from lower values.
+/// world, the winding of the triangles is reversed, so that they stay counter-clockwise seen from the same side.
 pub fn place_in_world(mut mesh: Mesh, placement: &Placement) -> Mesh {
     for p in &mut mesh.positions {
         *p = placement.around_origin(*p).map(|x| x as f32);

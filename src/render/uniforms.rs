@@ -28,10 +28,10 @@ pub(super) struct LayerDraw {
 /// Linear colours of the two sides of the first surface of a picture; the second surface has them swapped.
 const SIDE_COLORS: [[f32; 4]; 2] = [[0.235, 0.410, 0.620, 1.0], [0.700, 0.370, 0.150, 1.0]];
 
-/// Brightness of the side towards higher values of a surface with a colour of its own, relative to the other side.
+/// Brightness of the inner side of a surface with a colour of its own, relative to the other side.
 const BACK_SIDE_BRIGHTNESS: f32 = 0.45;
 
-/// The default linear red, green and blue of the side towards lower values of a plain surface, by its position in the list of
+/// The default linear red, green and blue of the outer side of a plain surface, by its position in the list of
 /// surfaces.
 pub fn plain_color(position: usize) -> [f32; 3] {
     let [r, g, b, _] = SIDE_COLORS[position % 2];

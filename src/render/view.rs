@@ -61,7 +61,7 @@ pub struct View {
 pub struct Surface {
     /// Its isovalue.
     pub isovalue: f64,
-    /// Linear red, green and blue of the side towards lower values if the surface is plain; `None` for the default by its
+    /// Linear red, green and blue of the outer side if the surface is plain; `None` for the default by its
     /// position in the list of surfaces.
     pub color: Option<[f32; 3]>,
     /// As [`View::opacity`]; `None` for that of the view.

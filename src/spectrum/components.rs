@@ -3,8 +3,8 @@
 //! # Theory
 //!
 //! The volume of a component is the sum of the tetrahedra that its triangles make with one point (the divergence
-//! theorem); triangles are counter-clockwise seen from lower values, so it is positive where the component encloses
-//! higher values, a *body*, and negative where it encloses lower ones, a *cavity*.
+//! theorem); triangles are counter-clockwise seen from the side of the layer around the volume, so it is positive where the
+//! component encloses the other side, a *body*, and negative where it is around a hollow in a body, a *cavity*.
 //!
 //! # Invariants
 //!
@@ -30,7 +30,7 @@ pub struct Component {
     pub euler: i64,
     /// Area without caps, in squares of the unit of the positions.
     pub area: f64,
-    /// Volume inside, caps included, in cubes of that unit; negative where it encloses lower values.
+    /// Volume inside, caps included, in cubes of that unit; negative for a cavity.
     pub volume: f64,
     /// Least and largest corner of the box around it, caps included.
     pub bounds: [[f64; 3]; 2],

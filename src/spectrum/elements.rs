@@ -9,7 +9,7 @@ pub struct Knot {
     pub position: [f32; 3],
 }
 
-/// One triangle: counter-clockwise seen from lower values.
+/// One triangle: counter-clockwise seen from the outer side ([`Outside`](crate::volume::Outside)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Triangle {
     /// Indices into the trajectories.

@@ -20,10 +20,10 @@
 pub struct Mesh {
     /// Positions, voxel frame (exports place them in the world).
     pub positions: Vec<[f32; 3]>,
-    /// Unit normals towards lower values: area-weighted means over the triangles around each vertex, over caps only
+    /// Unit normals towards the outer side ([`Outside`](crate::volume::Outside)): area-weighted means over the triangles around each vertex, over caps only
     /// if it has no others.
     pub normals: Vec<[f32; 3]>,
-    /// Vertex indices, counter-clockwise seen from lower values.
+    /// Vertex indices, counter-clockwise seen from the outer side.
     pub triangles: Vec<[u32; 3]>,
     /// Whether a triangle is a cap; as long as `triangles`.
     pub caps: Vec<bool>,

@@ -5,6 +5,12 @@
 //! While the isovalue passes no sample, face saddle or body saddle of a cell, the exact
 //! extraction inside the cell has the same triangles, and its vertices move along their lattice edges linearly in
 //! the isovalue. So one record per triangle and such interval, and two knots per lattice edge, represent it at every isovalue.
+//!
+//! # Invariants
+//!
+//! An interval ends at the least number at which the exact field decides otherwise ([`ExactField::vertex_value`],
+//! [`ExactField::face_saddle_value`]), which may be a few units in the last place below a sample's value. So the extraction is the same at
+//! all numbers of an interval, and cells with a common face change it at the same number.
 
 use std::collections::HashMap;
 
@@ -94,8 +100,7 @@ pub(super) fn add_exact_triangles(
     inner
 }
 
-/// Isovalues of events by cell that contains or touches them: they may be rounded otherwise than the cells' own samples and
-/// saddles.
+/// Isovalues of events by cell that contains or touches them.
 fn event_isovalues(
     field: &ExactField,
     topology: &Topology,
@@ -124,8 +129,6 @@ fn breaks(
 ) -> Vec<f64> {
     let mut breaks: Vec<f64> = values.to_vec();
     breaks.extend(events);
-    // The exact field's values, which may be a floating point number below those of the samples' arithmetic: then both cells of a
-    // face change together, even if the event of a third one is between the two.
     for axis in 0..3 {
         for corner in [cell, cell + field.strides()[axis]] {
             let saddle = field.face_saddle(corner, axis);
@@ -142,7 +145,7 @@ fn breaks(
 impl ExactTriangles {
     fn add_cell(&mut self, field: &ExactField, events: &[f64], interval: &ExactInterval) {
         let &ExactInterval { cell, low, high } = interval;
-        let values = field.cell_offsets().map(|o| field.sample(cell + o));
+        let values = field.cell_offsets().map(|o| field.vertex_value(cell + o));
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let (low, high) = (low.max(least), high.min(most));

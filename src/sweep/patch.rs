@@ -1,4 +1,4 @@
-//! Builds the tables of a spectrum from the records of a sweep.
+//! Builds the tables of a spectrum from the records of a sweep, and orients its triangles.
 //!
 //! # Theory
 //!
@@ -16,8 +16,9 @@ use super::region::LatticeEdge;
 use super::shared::{SharedPlanes, WholeEdge};
 use super::thin::{Candidate, ErrorBound, thin};
 use super::tracked::EDGE_MARGIN;
-use crate::spectrum::{Knot, Patch, Triangle};
+use crate::spectrum::{Knot, Patch, Triangle, quantum};
 use crate::topology::exact::ExactField;
+use crate::volume::Outside;
 
 /// Triangles or trajectories per task.
 const TASK_ITEMS: usize = 1 << 16;
@@ -25,7 +26,7 @@ const TASK_ITEMS: usize = 1 << 16;
 /// Least distance of a cap's vertex from the border, as a share of an edge into the layer.
 const CAP_MARGIN: f64 = 0.01;
 
-/// The trajectory of a vertex along its lattice edge: its knots are at the samples' values.
+/// The trajectory of a vertex along its lattice edge: its knots are where the isosurface passes the samples.
 pub(super) fn edge_trajectory(
     field: &ExactField,
     e: LatticeEdge,
@@ -54,7 +55,9 @@ fn trajectory_from(
         p[e.axis as usize] += t;
         (c, Vec3::from(std::array::from_fn(|a| (p[a] * size[a]) as f32)))
     };
-    let (low, high) = (fa.min(fb).max(range.0), fa.max(fb).min(range.1));
+    // The isosurface may cross the edge slightly before the samples' values.
+    let ends = [e.from, to].map(|v| field.vertex_value(v));
+    let (low, high) = (ends[0].min(ends[1]).max(range.0), ends[0].max(ends[1]).min(range.1));
     [at(low), at(high)]
 }
 
@@ -91,10 +94,13 @@ struct Trajectories<'a> {
     own: Vec<Vec<(f64, Vec3)>>,
     /// Knots of trajectories inside cells.
     inner: Vec<Vec<(f64, Vec3)>>,
+    /// Lowest and highest corner of the box of the whole volume, multiples of the unit of stored positions inside it.
+    corners: [Vec3; 2],
 }
 
 impl Trajectories<'_> {
-    /// Calls `f` with the knots of a trajectory, ascending, in the frame of the whole.
+    /// Calls `f` with the knots of a trajectory, ascending, in the frame of the whole. Positions in the layer around the volume move to
+    /// its border.
     fn each(&self, i: usize, f: &mut dyn FnMut(f64, Vec3)) {
         let size = self.field.volume().voxel_size();
         let first = self.field.first();
@@ -110,13 +116,13 @@ impl Trajectories<'_> {
             Track::Own(_) => (&self.own[i - self.first_own], base),
             Track::Inner(n) => (&self.inner[n as usize], base),
         };
-        // The exact field rounds samples that are not integers, so the isosurface may cross an edge slightly before or after the
-        // samples' values.
+        // Events may be slightly before or after the other knots.
         let (low, high) = self.spans[i];
         let last = knots.len() - 1;
         for (k, &(c, p)) in knots.iter().enumerate() {
             let c = if k == 0 { c.min(low) } else { c };
-            f(if k == last { c.max(high) } else { c }, p + by);
+            let p = (p + by).clamp(self.corners[0], self.corners[1]);
+            f(if k == last { c.max(high) } else { c }, p);
         }
     }
 }
@@ -138,9 +144,12 @@ pub(super) fn patch(
     let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use") as u32;
     let ends = unique(&lives, |l, ends| ends.extend([l.low, l.high]), f64::total_cmp);
     let end = |c: f64| ends.partition_point(|&x| x < c) as u32;
+    // The sweep orients faces by the field, a spectrum by what is enclosed.
+    let is_reversed = field.volume().outside() == Outside::High;
+    let oriented = |[a, b, c]: [u32; 3]| if is_reversed { [a, c, b] } else { [a, b, c] };
     // Lifetimes are indices into `ends` at first.
     let mut triangles = replaced(lives, |l: &Life| Triangle {
-        vertices: l.vertices.map(number),
+        vertices: oriented(l.vertices.map(number)),
         birth: end(l.low),
         death: end(l.high),
         cap: l.cap,
@@ -161,7 +170,8 @@ pub(super) fn patch(
             spans[v] = (spans[v].0.min(low), spans[v].1.max(high));
         }
     }
-    let trajectories = Trajectories { field, range, tracks, spans, first_own, own, inner };
+    let corners = [Vec3::ZERO, highest_corner(field, thinning.tolerance)];
+    let trajectories = Trajectories { field, range, tracks, spans, first_own, own, inner, corners };
     log_sizes(&trajectories);
     let mut patch = with_knots(&trajectories, &ends);
     let rank = |c: &f64| patch.isovalues.partition_point(|x| x < c) as u32;
@@ -176,6 +186,15 @@ pub(super) fn patch(
         _ => None,
     });
     Swept { n_tracked, shared: edges.collect(), patch }
+}
+
+/// The highest corner of the box of the whole volume, rounded down to the unit of stored positions.
+fn highest_corner(field: &ExactField, tolerance: f32) -> Vec3 {
+    let volume = field.volume();
+    let (whole, size) = (volume.block_position().whole, volume.voxel_size());
+    let unit = quantum(tolerance.into());
+    let length = |a: usize| (whole[a] - 1) as f64 * size[a];
+    Vec3::from([0, 1, 2].map(|a| ((length(a) / unit).floor() * unit) as f32))
 }
 
 /// The table of isovalues, the ends of lifetimes among them, and the knots of all trajectories.

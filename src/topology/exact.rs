@@ -10,7 +10,7 @@
 //! V = level * M + ramp,  ramp(i, j, k) = -(1 + i' + 37 j' + 1009 k'),  i' = i + 1, ...
 //!
 //! where *level* is the sample as an integer (the sample itself for integer types; for floating
-//! point the number of whole steps above the minimum, a step being the power of two from range / 2^44 on) and M a power of two, at
+//! point the number of whole steps above the minimum rounded down to a step, a step being the power of two from range / 2^44 on) and M a power of two, at
 //! least 2^52 and at least 10^6 times the ramp. V is called the *key*.
 //!
 //! The ramp is negative, so a sample equal to the isovalue lies below it, and

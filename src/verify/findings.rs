@@ -16,6 +16,8 @@ pub struct Row {
     pub isovalue: f64,
     /// Whether it is just before or after an event, or a birth or death of triangles.
     pub at_event: bool,
+    /// Whether it is the value of a sample or an event or a number next to it, where only topology is measured.
+    pub is_neighbour: bool,
     /// Triangles of the mesh.
     pub n_triangles: usize,
     /// Components of the isosurface, counted from the samples.
@@ -76,7 +78,7 @@ pub struct Totals {
     pub n_triangles: f64,
     /// Share of all triangles that cross others.
     pub self_intersecting_share: f64,
-    /// Share of triangles whose normal points to higher values.
+    /// Share of triangles whose normal points to the inner side.
     pub inverted_share: f64,
     /// From vertices to the isosurface, voxels.
     pub vertex_deviation: Summary,
@@ -105,7 +107,8 @@ impl Totals {
         let largest = |jumps: &[Jump], of: fn(&Jump) -> f64| jumps.iter().map(of).reduce(f64::max);
         let Continuity { at_events, elsewhere, .. } = continuity;
         let n_where = |holds: fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count();
-        let n_triangles: usize = rows.iter().map(|row| row.n_triangles).sum();
+        let compared: Vec<&Row> = rows.iter().filter(|row| !row.is_neighbour).collect();
+        let n_triangles: usize = compared.iter().map(|row| row.n_triangles).sum();
         let crossing: usize = rows.iter().map(|row| row.self_intersecting).sum();
         let radius_ratio = pooled.radius_ratio.summary();
         Totals {
@@ -113,7 +116,7 @@ impl Totals {
             topology_right: n_where(Row::topology_right),
             manifold: n_where(|row| row.topology.is_closed_manifold()),
             finite: n_where(|row| row.finite),
-            n_triangles: n_triangles as f64 / rows.len().max(1) as f64,
+            n_triangles: n_triangles as f64 / compared.len().max(1) as f64,
             self_intersecting_share: crossing as f64 / n_triangles.max(1) as f64,
             inverted_share: pooled.inverted as f64 / radius_ratio.n.max(1) as f64,
             vertex_deviation: pooled.vertex_deviation.summary(),

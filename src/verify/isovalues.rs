@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::random::Random;
-use crate::spectrum::Event;
+use crate::spectrum::{Event, Spectrum};
 use crate::volume::Volume;
 
 /// The number of isovalues of a verification.
@@ -12,7 +12,8 @@ pub struct Sampling {
     /// Number of random isovalues.
     pub n_random: usize,
     /// Most events, with an isovalue on either side of each, and most isovalues away from events at which
-    /// triangles are born or die, with one on either side of each.
+    /// triangles are born or die, with one on either side of each. Most values of samples and events that are checked with the numbers
+    /// next to them.
     pub n_events: usize,
     /// Seed of the random choice.
     pub seed: u64,
@@ -21,7 +22,22 @@ pub struct Sampling {
 /// Most random isovalues: a day of work for a small spectrum.
 const MAX_RANDOM: usize = 1_000_000;
 
+/// Volumes of at most so many samples are checked after their computation as by [`Sampling::default`]: 20 along each side. More takes
+/// as long as the sweep (hydrogen, 32 along each side).
+const MAX_DEFAULT_SAMPLES: usize = 8_000;
+
 impl Sampling {
+    /// The sampling that `compute` can afford: the default up to 20^3 samples, then fewer isovalues the more samples there are.
+    pub fn affordable(volume: &Volume) -> Sampling {
+        let all = Sampling::default();
+        let times = volume.samples().len().div_ceil(MAX_DEFAULT_SAMPLES).max(1);
+        Sampling {
+            n_random: (all.n_random / times).max(8),
+            n_events: (all.n_events / times).max(2),
+            seed: all.seed,
+        }
+    }
+
     /// # Errors
     ///
     /// [`Error::Usage`] for more random isovalues than a verification can reach.
@@ -89,6 +105,26 @@ pub(super) fn event_isovalues(
         at.remove(random.below(at.len()));
     }
     at.into_iter().map(|c| (c - delta, c + delta)).collect()
+}
+
+/// The values of up to `n` samples and events, each with the number before and the number after, sorted: at them triangles change.
+pub(super) fn neighbours(
+    volume: &Volume,
+    spectrum: &Spectrum,
+    n: usize,
+    random: &mut Random,
+) -> Vec<f64> {
+    let (samples, events) = (volume.samples(), spectrum.events());
+    let values = (0..n).map(|i| match events {
+        [_, ..] if i % 2 == 0 => events[random.below(events.len())].isovalue,
+        _ => samples.get(random.below(samples.len())),
+    });
+    let (low, high) = spectrum.range();
+    let mut isovalues: Vec<f64> = values.flat_map(|c| [c.next_down(), c, c.next_up()]).collect();
+    isovalues.retain(|c| (low..=high).contains(c));
+    isovalues.sort_by(f64::total_cmp);
+    isovalues.dedup();
+    isovalues
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use super::ray::{Hit, distance_near};
 use super::triangle_grid::TriangleGrid;
 use crate::mesh::radius_ratio;
 use crate::spectrum::Mesh;
-use crate::volume::Volume;
+use crate::volume::{Outside, Volume};
 
 /// Largest distance that is measured, voxels.
 pub(super) const MAX_DISTANCE: f64 = 4.0;
@@ -31,7 +31,7 @@ pub(super) struct Geometry {
     pub surface_deviation: Distribution,
     /// 2r/R of triangles.
     pub radius_ratio: Distribution,
-    /// Triangles whose normal points to higher values.
+    /// Triangles whose normal points to the inner side.
     pub inverted: u64,
 }
 
@@ -180,15 +180,19 @@ fn is_inside(volume: &Volume, p: Point) -> bool {
     (0..3).all(|a| p[a] >= -1e-6 && p[a] <= (volume.dims()[a] - 1) as f64 * size[a] + 1e-6)
 }
 
-/// Whether the field increases along a triangle's normal.
+/// Whether a triangle's normal points away from the side of the layer around the volume.
 fn is_inverted(volume: &Volume, point: Point, normal: Point) -> bool {
     const STEP: f64 = 0.05;
     let n = length(normal);
     let (out, back) = (along(point, STEP / n, normal), along(point, -STEP / n, normal));
-    n > 1e-12
-        && is_inside(volume, out)
-        && is_inside(volume, back)
-        && volume.value_at(out) > volume.value_at(back)
+    if n <= 1e-12 || !is_inside(volume, out) || !is_inside(volume, back) {
+        return false;
+    }
+    let (out, back) = (volume.value_at(out), volume.value_at(back));
+    match volume.outside() {
+        Outside::Low => out > back,
+        Outside::High => out < back,
+    }
 }
 
 /// Points where the isosurface crosses lattice edges, voxel frame; a regular subset if there are more than

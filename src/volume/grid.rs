@@ -15,13 +15,14 @@ const MAX_EXTENT: f64 = 1_048_576.0;
 /// Smallest range of the samples: from here on levels and differences of isovalues are normal f64 numbers.
 const MIN_RANGE: f64 = 1e-290;
 
-/// The side of the isosurface on which the layer around the volume is.
+/// The side of the isosurface on which the layer around the volume is, the *outer side*: normals of meshes point to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Outside {
-    /// One layer of samples below the minimum: surfaces close around high values.
+    /// One layer of samples below the minimum: surfaces close around high values, and normals point to lower ones.
     #[default]
     Low,
-    /// One layer of samples above the maximum.
+    /// One layer of samples above the maximum: surfaces close around low values, as those of a distance do, and normals point to
+    /// higher ones.
     High,
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::common::spectra::swept_with;
 use isospectrum::verify::{Limits, Report, Sampling, verify};
-use isospectrum::volume::{Outside, Placement, Samples, Volume};
+use isospectrum::volume::{Outside, Placement, Samples, Volume, phantom};
 use isospectrum::{Parameters, Silent};
 
 /// Where the dents open: on a face of the volume, on an edge, in a corner, and between two samples.
@@ -58,5 +58,24 @@ fn the_mesh_follows_dents_that_open_in_caps() {
         assert!(missing < MAX_DISTANCE, "{missing} voxels from the mesh");
         // The dents are tracked, not extracted.
         assert!(share > 0.5, "{share} of the area is tracked");
+    }
+}
+
+#[test]
+fn every_vertex_is_in_the_box_of_the_volume() {
+    let mut noise = phantom("noise:7:2").expect("a phantom");
+    for (spacing, outside) in [([1.0; 3], Outside::Low), ([1.3, 1.0, 2.17], Outside::High)] {
+        let placement = Placement { spacing, ..Placement::default() };
+        let samples = noise.samples().clone();
+        noise = Volume::new("noise", noise.dims(), samples, placement).expect("a valid volume");
+        let volume = Arc::new(noise.clone().with_outside(outside));
+        let spectrum = swept_with(&volume, &Parameters::default()).quantised();
+        let highest: [f64; 3] = [0, 1, 2].map(|a| 6.0 * volume.voxel_size()[a]);
+        // Rounding of 32-bit positions.
+        let is_inside =
+            |p: [f32; 3]| (0..3).all(|a| (0.0..=highest[a] + 1e-6).contains(&p[a].into()));
+        let outside: Vec<_> =
+            spectrum.knots().iter().filter(|knot| !is_inside(knot.position)).collect();
+        assert!(outside.is_empty(), "{} outside {highest:?}: {:?}", outside.len(), outside[0]);
     }
 }

@@ -3,15 +3,90 @@
 use crate::common::program;
 use crate::common::random;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use glam::DVec3;
 use isospectrum::Error;
 use isospectrum::export::{
     self, Border, Format, parse_ply, place_in_world, without_caps, write_to,
 };
-use isospectrum::spectrum::Mesh;
-use isospectrum::volume::{Placement, Space};
+use isospectrum::spectrum::{Components, Mesh};
+use isospectrum::volume::{Outside, Placement, Samples, Space, Volume};
+use isospectrum::{Backend, Choice, Parameters, Silent, compute};
 
 const FORMATS: [Format; 4] = [Format::Ply, Format::Stl, Format::Obj, Format::Glb];
+
+/// A distance from the middle sample, or its negative, squared.
+fn squared_distances(outside: Outside) -> Arc<Volume> {
+    let square = |i: usize| (i as i16 - 3).pow(2);
+    let samples = (0..343).map(|i| square(i % 7) + square(i / 7 % 7) + square(i / 49));
+    let sign = if outside == Outside::High { 1 } else { -1 };
+    let samples = Samples::I16(samples.map(|x| sign * x).collect());
+    let volume = Volume::new("squared distances", [7; 3], samples, Placement::default());
+    Arc::new(volume.expect("a valid volume").with_outside(outside))
+}
+
+/// The volume that triangles enclose, positive if they are counter-clockwise seen from outside.
+fn enclosed(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> f64 {
+    let volume = |t: [[f32; 3]; 3]| {
+        let [p, q, r] = t.map(|p| DVec3::from(p.map(f64::from)));
+        p.dot(q.cross(r)) / 6.0
+    };
+    triangles.map(volume).sum()
+}
+
+#[test]
+fn triangles_and_normals_face_the_side_of_the_layer_in_every_format() {
+    for outside in [Outside::Low, Outside::High] {
+        let volume = squared_distances(outside);
+        let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+        let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent).expect("one");
+        let mesh = spectrum.mesh_at(if outside == Outside::High { 5.0 } else { -5.0 });
+        let mesh = mesh.expect("an isovalue of the range");
+        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
+        let expected = enclosed(corners);
+        // A ball of radius 5^0.5 has 46.8; the isosurface between the samples is inside it.
+        assert!((35.0..46.8).contains(&expected), "{outside:?}: {expected} enclosed");
+        let components = Components::of(&mesh);
+        assert_eq!(components.list.len(), 1);
+        assert!(components.list[0].volume > 0.0, "{outside:?}: a cavity");
+        for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+            let out: f32 = p.iter().zip(n).map(|(p, n)| (p - 3.0) * n).sum();
+            assert!(out > 0.0, "{outside:?}: the normal at {p:?} is {n:?}");
+        }
+
+        let ply = parse_ply(&plain(&mesh, Format::Ply)).expect("a mesh");
+        let of_ply =
+            ply.triangles.iter().map(|t| t.map(|v| ply.positions[v as usize].map(|x| x as f32)));
+        let stl = plain(&mesh, Format::Stl);
+        let of_stl = stl[84..].chunks_exact(50).map(|t| {
+            let corners = f32s(&t[12..48]);
+            [0, 3, 6].map(|i| [corners[i], corners[i + 1], corners[i + 2]])
+        });
+        let glb = plain(&mesh, Format::Glb);
+        let (head, data) = glb_chunks(&glb);
+        let data = data.expect("a buffer");
+        let view = |accessor: &serde_json::Value| {
+            let i = head["accessors"][accessor.as_u64().expect("an index") as usize]["bufferView"]
+                .as_u64()
+                .expect("an index");
+            let view = &head["bufferViews"][i as usize];
+            let number = |key: &str| view[key].as_u64().unwrap_or(0) as usize;
+            &data[number("byteOffset")..][..number("byteLength")]
+        };
+        let primitive = &head["meshes"][0]["primitives"][0];
+        let positions = f32s(view(&primitive["attributes"]["POSITION"]));
+        let indices = view(&primitive["indices"]);
+        let vertex = |i: usize| positions[3 * u32_at(indices, 4 * i) as usize..][..3].to_vec();
+        let of_glb = (0..mesh.triangles.len())
+            .map(|t| [0, 1, 2].map(|k| vertex(3 * t + k).try_into().expect("three")));
+        let found = [enclosed(of_ply), enclosed(of_stl), enclosed(of_glb)];
+        for (found, format) in found.into_iter().zip(["PLY", "STL", "GLB"]) {
+            // Positions are the same numbers.
+            assert!((found - expected).abs() < 1e-9, "{outside:?}: {found} in {format}");
+        }
+    }
+}
 
 /// A tetrahedron whose last two faces are caps; vertex 4 is used by a cap only.
 fn mesh() -> Mesh {

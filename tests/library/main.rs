@@ -14,6 +14,7 @@ mod file_corruption;
 mod file_format;
 mod file_summary;
 mod masks;
+mod neighbours;
 mod oracle;
 mod ranges;
 mod scenes;

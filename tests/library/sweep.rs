@@ -217,25 +217,19 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
     {
         let isovalue = low + share * (high - low);
         let mesh = query.mesh_at(isovalue).expect("inside the range");
-        let outside = |p: &[f32; 3]| (0..3).any(|a| p[a] < 0.0 || p[a] > dims[a]);
-        let off = |t: &[u32; 3]| t.iter().all(|&v| !outside(&mesh.positions[v as usize]));
-        assert!(mesh.triangles.iter().any(|t| !off(t)), "no cap at {share} of the range");
+        assert!(mesh.caps.contains(&true), "no cap at {share} of the range");
         // Inside the volume: caps are those of the exact extraction.
-        let inside = |positions: &[[f32; 3]], triangles: &[[u32; 3]]| {
-            let is_inside = |t: &&[u32; 3]| t.iter().all(|&v| !outside(&positions[v as usize]));
-            triangles.iter().filter(is_inside).count()
-        };
-        let exact = extract(&field, isovalue);
-        let n = inside(&mesh.positions, &mesh.triangles);
-        let exact = inside(&exact.positions, &exact.faces);
+        let inside = |caps: &[bool]| caps.iter().filter(|&&is_cap| !is_cap).count();
+        let n = inside(&mesh.caps);
+        let exact = inside(&extract(&field, isovalue).caps);
         let is_fewer = 5 * n < 3 * exact;
         if is_mostly_tracked {
             assert!(is_fewer, "{n} triangles at {isovalue}, extracted {exact}");
         }
-        // Vertices of caps alone are slightly beyond the border.
+        // Vertices of caps alone are at the border.
         for p in &mesh.positions {
             let beyond = (0..3).map(|a| (-p[a]).max(p[a] - dims[a])).fold(f32::MIN, f32::max);
-            assert!(beyond < 1.0, "{p:?}");
+            assert!(beyond <= 0.0, "{p:?}");
         }
     }
 }
@@ -246,7 +240,6 @@ fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
     let (low, _) = spectrum.range();
     let mut query = Query::new(spectrum.clone());
     let last = volume.dims().map(|d| (d - 1) as f32);
-    let is_inside = |p: [f32; 3]| (0..3).all(|a| (0.0..=last[a]).contains(&p[a]));
     let mut n_measured = 0;
     for i in 1..100 {
         // The phantom is 1 less the distance from its centre, along axes from -1 to 1: near 0 it touches the
@@ -254,9 +247,9 @@ fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
         let isovalue = 0.1 + (low - 0.1) * f64::from(i) / 100.0;
         let radius = (1.0 - isovalue) * f64::from(last[0]) / 2.0;
         let mesh = query.mesh_at(isovalue).expect("inside the range");
-        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
-        let inside = corners.filter(|t| t.iter().all(|&p| is_inside(p)));
+        let inside = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, is_cap)| !**is_cap);
         let mut off: Vec<f64> = inside
+            .map(|(t, _)| t.map(|v| mesh.positions[v as usize]))
             .map(|t| {
                 let middle = |a: usize| t.iter().map(|p| f64::from(p[a])).sum::<f64>() / 3.0;
                 let centre = [0.020_710_7, 0.029_282, 0.015_737_9];

@@ -179,3 +179,12 @@ fn ranges_of_few_floating_point_numbers_are_computed() {
         }
     }
 }
+
+#[test]
+fn removing_noise_from_samples_a_few_units_in_the_last_place_apart_ends() {
+    let folder = Folder::new();
+    let near = |i: u32| f64::from_bits(1e15f64.to_bits() + u64::from(i * 37 % 11));
+    folder.write("v_4x4x4_float64.raw", &bytes((0..64).map(near)));
+    let printed = ends(&folder, &compute(&["v_4x4x4_float64.raw", "--persistence", "5%"]), 3);
+    assert!(one_line(&printed).contains("expected a range of at least"), "{printed}");
+}

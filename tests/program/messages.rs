@@ -181,6 +181,30 @@ fn too_little_memory_is_an_error_before_the_work() {
 }
 
 #[test]
+fn compute_says_which_promise_a_mask_breaks_and_what_helps() {
+    let folder = Folder::new();
+    // A diagonal thread.
+    let is_in_thread = |i: usize| i % 9 < 8 && i == (i % 9) * (1 + 9 + 81);
+    let samples: Vec<u8> = (0..9 * 9 * 9).map(|i| u8::from(is_in_thread(i))).collect();
+    folder.write("mask_9x9x9_uint8.raw", &samples);
+    let compute = ["compute", "mask_9x9x9_uint8.raw", "--backend", "cpu", "-o", "s.isp", "--json"];
+    let output = folder.run(&compute);
+    let text = stderr(&output);
+    let line = text.lines().find(|line| line.contains("does not keep its promises"));
+    let line = line.unwrap_or_else(|| panic!("{text}"));
+    assert!(line.contains("two values only: --smooth 0.5"), "{line}");
+    let broken = program::json(&output)["broken_promises"].clone();
+    let broken = broken.as_array().expect("a list");
+    assert!(!broken.is_empty());
+    let verified = folder.run_for(&["verify", "s.isp", "mask_9x9x9_uint8.raw", "-q"], 5);
+    let verified = stderr(&verified);
+    for promise in broken {
+        let promise = promise.as_str().expect("text");
+        assert!(verified.contains(promise) && line.contains(promise), "{promise}: {verified}");
+    }
+}
+
+#[test]
 fn html_reports_what_it_packs() {
     let folder = Folder::with_spectrum();
     let text = stderr(&folder.run(&["html", "s.isp", "-o", "a.html"]));

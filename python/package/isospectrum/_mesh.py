@@ -25,9 +25,10 @@ class Mesh:
     vertices : (n, 3) float32
         Positions x, y, z in the world frame, in the unit of the volume's spacing.
     triangles : (m, 3) uint32
-        Vertex indices, counter-clockwise seen from lower values.
+        Vertex indices, counter-clockwise seen from the outer side.
     normals : (n, 3) float32
-        Unit normals of the vertices, towards lower values.
+        Unit normals of the vertices, towards the outer side: lower values, or higher ones if
+        the spectrum was computed with ``--outside high``.
     caps : (m,) bool
         True for triangles that close the mesh at the border of the volume.
     isovalue : float

@@ -189,7 +189,9 @@ impl March<'_, '_> {
             if !matches!(state.region.link(sample), Link::Cycle(..)) {
                 continue;
             }
-            let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
+            // Where exact cells change, too.
+            let value =
+                exact.vertex_value(sample).clamp(step.at.min(step.next), step.at.max(step.next));
             if value != last {
                 left.extend(self.repair_crossed(
                     state,

@@ -16,6 +16,7 @@ use std::cmp::Ordering;
 use num_bigint::BigInt;
 
 use super::estimate::Estimate;
+use super::face::first_key;
 use super::field::{ExactField, ORDER_BITS};
 
 /// Coefficients of the trilinear field of one cell, in V units.
@@ -347,7 +348,8 @@ impl ExactField<'_> {
     /// The value of a body saddle in volume units without the ramp (to 10^-6 of a level).
     pub fn body_saddle_value(&self, saddle: &BodySaddle) -> f64 {
         let order_key = saddle.order_key();
-        self.first_isovalue(self.value(order_key >> ORDER_BITS), order_key)
+        let key = first_key(order_key, |key| saddle.is_above(key));
+        self.first_isovalue(self.value(order_key >> ORDER_BITS), key)
     }
 
     /// The position of a body saddle in the index frame.

@@ -86,6 +86,13 @@ impl FaceSaddle {
     }
 }
 
+/// The least isovalue key at which a saddle of an order key is not above.
+pub(super) fn first_key(order_key: i128, is_above: impl Fn(i128) -> bool) -> i128 {
+    // The order key is rounded down.
+    let key = order_key >> ORDER_BITS;
+    if is_above(key) { key + 1 } else { key }
+}
+
 /// Whether the saddle between two separated diagonals lies above an isovalue key. Compares the
 /// products of the distances to it, exactly, in 256 bits.
 ///
@@ -179,14 +186,15 @@ impl ExactField<'_> {
         }
     }
 
-    /// The value of a face saddle in volume units without the ramp.
+    /// The least isovalue at which a face saddle is not above: its value in volume units without the ramp.
     pub fn face_saddle_value(&self, saddle: &FaceSaddle) -> f64 {
         let [l0, l1] = saddle.low.map(|v| self.level(v));
         let [h0, h1] = saddle.high.map(|v| self.level(v));
         let (x, y) = ((h0 - l0) as f64, (h1 - l0) as f64);
         let den = (h0 + h1 - l0 - l1) as f64;
         let above = if den > 0.0 { x * y / den } else { 0.0 };
-        self.first_isovalue(self.scale.value(l0 as f64 + above), saddle.order_key())
+        let key = first_key(saddle.order_key(), |key| saddle.is_above(key));
+        self.first_isovalue(self.scale.value(l0 as f64 + above), key)
     }
 
     /// The position of a face saddle in the index frame of the whole, if the volume is a block.

@@ -74,7 +74,7 @@ impl<'a> ExactField<'a> {
         let scale = if volume.samples().is_integer() {
             LevelScale::Identity
         } else {
-            LevelScale::Steps { low, quarters: power_of_two_from(high * 0.25 - low * 0.25) }
+            LevelScale::steps(low, power_of_two_from(high * 0.25 - low * 0.25))
         };
         let within = volume.block_position();
         let ramp_range = 1
@@ -268,11 +268,9 @@ impl<'a> ExactField<'a> {
         })
     }
 
-    /// The least volume value, near `value`, at which everything up to `order_key` has happened: so isovalues
-    /// compare with it as their keys do with the order key.
-    pub(super) fn first_isovalue(&self, value: f64, order_key: i128) -> f64 {
-        // One unit more than the order key rounded down is above every fraction of a unit.
-        let key = (order_key >> ORDER_BITS) + 1;
+    /// The least volume value, near `value`, whose isovalue key is at least `key`: so isovalues compare with it as their keys
+    /// do with `key`.
+    pub(super) fn first_isovalue(&self, value: f64, key: i128) -> f64 {
         let has_happened = |value: f64| self.isovalue_key(value) >= key;
         let (low, high) = self.volume.range();
         let unit = (self.scale.value(1.0) - self.scale.value(0.0)) / (1u64 << self.m_bits) as f64;
@@ -280,6 +278,9 @@ impl<'a> ExactField<'a> {
         // `value` is off by a few units of V or of the last place of the range. The bound on
         // doublings only matters where no isovalue has the key.
         let is_after = has_happened(value);
+        if is_after && !has_happened(value.next_down()) {
+            return value;
+        }
         let (mut near, mut far) = (value, value);
         let mut step = if is_after { -rounding } else { rounding };
         for _ in 0..MAX_DOUBLINGS {
@@ -307,12 +308,15 @@ impl<'a> ExactField<'a> {
         }
     }
 
-    /// The isovalue from which on a vertex is below: its sample, or slightly less if samples are not whole levels.
+    /// The isovalue from which on a vertex is below: its sample, or slightly less if samples are not whole levels. All that
+    /// changes the isosurface at a sample changes it here.
     pub(crate) fn vertex_value(&self, vertex: u32) -> f64 {
         let sample = self.sample(vertex);
         match self.scale {
-            LevelScale::Identity => sample,
-            LevelScale::Steps { .. } => self.first_isovalue(sample, self.order_key(vertex)),
+            LevelScale::Steps { .. } if !self.is_in_layer(vertex) => {
+                self.first_isovalue(sample, self.key(vertex))
+            }
+            _ => sample,
         }
     }
 

@@ -11,11 +11,19 @@ const FLOAT_LEVEL_BITS: u32 = 44;
 pub(super) enum LevelScale {
     /// Levels are the samples.
     Identity,
-    /// Levels are whole steps of 2^-[`FLOAT_LEVEL_BITS`] times four `quarters` above the minimum.
+    /// Levels are whole steps of 2^-[`FLOAT_LEVEL_BITS`] times four `quarters` above `low`, which is a multiple of the step.
     Steps { low: f64, quarters: f64 },
 }
 
 impl LevelScale {
+    /// For floating point samples with a minimum and a quarter of the range, rounded up to a power of two. Samples that are
+    /// multiples of the step, such as 32-bit ones that are not tiny, are whole levels.
+    pub(super) fn steps(minimum: f64, quarters: f64) -> LevelScale {
+        let step = quarters / (1u64 << (FLOAT_LEVEL_BITS - 2)) as f64;
+        let low = Some((minimum / step).floor() * step).filter(|low| low.is_finite());
+        LevelScale::Steps { low: low.unwrap_or(minimum), quarters }
+    }
+
     /// The level of a volume value with its fraction. Monotone, so order is kept.
     pub(super) fn level(self, value: f64) -> f64 {
         let level = match self {

@@ -54,20 +54,19 @@ fn an_event_has_happened_from_its_isovalue_on_and_not_before() {
     for kind in 0..40 {
         let volume = random_volume(&mut random, kind);
         let field = ExactField::new(&volume).expect("a field");
-        let check = |isovalue: f64, order_key: i128| {
-            let key = (order_key >> ORDER_BITS) + 1;
-            assert!(field.isovalue_key(isovalue) >= key, "kind {kind}: {isovalue}");
-            assert!(field.isovalue_key(isovalue.next_down()) < key, "kind {kind}: {isovalue}");
+        let check = |isovalue: f64, is_above: &dyn Fn(i128) -> bool| {
+            let [before, after] = [isovalue.next_down(), isovalue].map(|c| field.isovalue_key(c));
+            assert!(is_above(before) && !is_above(after), "kind {kind}: {isovalue}");
         };
         for v in vertices_below(&field, [1; 3]) {
             if !field.is_in_layer(v) {
-                check(field.vertex_value(v), field.order_key(v));
+                check(field.vertex_value(v), &|key| field.key(v) > key);
             }
             for s in (0..3).filter_map(|axis| field.face_saddle(v, axis)) {
-                check(field.face_saddle_value(&s), s.order_key());
+                check(field.face_saddle_value(&s), &|key| s.is_above(key));
             }
             for s in field.body_saddles(v) {
-                check(field.body_saddle_value(&s), s.order_key());
+                check(field.body_saddle_value(&s), &|key| s.is_above(key));
             }
         }
     }
