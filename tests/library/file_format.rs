@@ -151,7 +151,7 @@ fn assert_golden(read: &Spectrum, written: &Spectrum) {
     assert_eq!(read.isovalues(), expected.isovalues());
     assert_eq!(read.first_knot(), expected.first_knot());
     // Cells of the file are 3 voxels long along z; those of the present frame are 1.5.
-    let halved = |z: f64| 0.5 * z;
+    let halved = |z: f64| z * (1.5 / (0.3 / 0.1));
     let mut events = expected.events().to_vec();
     events.iter_mut().for_each(|e| e.position[2] = halved(e.position[2]));
     assert_eq!(read.events(), events);
