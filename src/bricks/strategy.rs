@@ -102,7 +102,7 @@ mod tests {
         let expected_memory = forecast.memory;
         assert_eq!(
             choose(&long, &default, Some(0.99 * forecast.memory)),
-            Strategy::Bricks { expected_memory, side: 32 }
+            Strategy::Bricks { expected_memory, side: 64 }
         );
         let expected_memory = Forecast::least_memory([400, 3, 3]);
         assert_eq!(

@@ -203,7 +203,7 @@ mod tests {
     #[test]
     fn the_up_axis_points_up_and_azimuths_turn_around_it() {
         let sheared = Placement {
-            spacing: [1.0, 1.0, 0.5],
+            spacing: [0.75, 0.6, 0.5],
             direction: [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.6, -0.8]],
             ..Placement::default()
         };
