@@ -28,16 +28,16 @@ function axesOf({ azimuth, elevation, basis }) {
 }
 
 /** A point or direction of the voxel frame in the axes of the world, still in voxels. */
-function inWorldAxes(direction, p) {
-    return [0, 1, 2].map((i) => direction[0][i] * p[0] + direction[1][i] * p[1] + direction[2][i] * p[2]);
+function inWorldAxes(columns, p) {
+    return [0, 1, 2].map((i) => columns[0][i] * p[0] + columns[1][i] * p[1] + columns[2][i] * p[2]);
 }
 
 /** The corners of the volume's box, relative to its middle, and the middle, in the axes of the world. */
-function boxOf({ dims, placement: { spacing, direction } }) {
-    const least = Math.min(...spacing);
-    const corner = (i) => inWorldAxes(direction, [0, 1, 2].map((axis) => {
+function boxOf({ dims, placement }) {
+    const [columns, cellSize] = [voxelAxesOf(placement), cellSizeOf(placement)];
+    const corner = (i) => inWorldAxes(columns, [0, 1, 2].map((axis) => {
         const side = (i >> axis) & 1;
-        return (spacing[axis] / least) * (side * (dims[axis] - 1 + 2 * BORDER) - BORDER);
+        return cellSize[axis] * (side * (dims[axis] - 1 + 2 * BORDER) - BORDER);
     }));
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(corner);
     const middle = [0, 1, 2].map((i) => 0.5 * (corners[0][i] + corners[7][i]));
@@ -67,15 +67,15 @@ function boxAround(boxes) {
  */
 function fittedView(volume, box, view, width, height) {
     if (!box) return { distance: 1, target: [0, 0, 0] };
-    const { direction } = volume.placement;
+    const columns = voxelAxesOf(volume.placement);
     const { corners, middle } = boxOf(volume);
     const [least, most] = box;
     const halves = least.map((x, axis) => 0.5 * Math.max(most[axis] - x, MIN_BOX));
     const boxCorners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
-        inWorldAxes(direction, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
+        inWorldAxes(columns, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
     const axes = axesOf(view);
     const [fit, whole] = [boxCorners, corners].map((c) => fitDistance(axes, c, width, height, view.orthographic));
-    const target = inWorldAxes(direction, least.map((x, axis) => 0.5 * (x + most[axis])));
+    const target = inWorldAxes(columns, least.map((x, axis) => 0.5 * (x + most[axis])));
     return {
         distance: Math.min(Math.max(fit / whole, NEAREST), FARTHEST),
         target: target.map((x, i) => x - middle[i]),
@@ -87,7 +87,7 @@ function fittedView(volume, box, view, width, height) {
  * in voxels along the axes of the world.
  */
 function projectionOf(volume, view, width, height) {
-    const { direction } = volume.placement;
+    const voxelAxes = voxelAxesOf(volume.placement);
     const { corners, middle } = boxOf(volume);
     const axes = axesOf(view);
     const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
@@ -104,7 +104,7 @@ function projectionOf(volume, view, width, height) {
     const eye = middle.map((x, i) => x + view.target[i]);
     // Columns: the images of the voxel axes and of the origin.
     const eyeFromVoxel = [];
-    for (const column of direction) eyeFromVoxel.push(...axes.map((axis) => dot(axis, column)), 0);
+    for (const column of voxelAxes) eyeFromVoxel.push(...axes.map((axis) => dot(axis, column)), 0);
     eyeFromVoxel.push(...axes.map((axis) => -dot(axis, eye)), 1);
     eyeFromVoxel[14] -= distance;
     const clipFromEye = [
@@ -123,7 +123,7 @@ function projectionOf(volume, view, width, height) {
         clipFromVoxel: product(clipFromEye, eyeFromVoxel),
         eyeFromVoxel,
         eyeFromNormal,
-        mirrored: determinant(direction) < 0,
+        mirrored: determinant(voxelAxes) < 0,
         axes,
         eye,
         distance,
@@ -138,9 +138,9 @@ function projectionOf(volume, view, width, height) {
 }
 
 /** A clip plane across an axis of the volume, at a share of its length, in the eye frame; negative on the side that is cut off. */
-function planeOf({ dims, placement: { spacing } }, { axis, share, turned }, { eyeFromVoxel: m, eyeFromNormal }) {
+function planeOf({ dims, placement }, { axis, share, turned }, { eyeFromVoxel: m, eyeFromNormal }) {
     const sign = turned ? 1 : -1;
-    const offset = -sign * share * (dims[axis] - 1) * (spacing[axis] / Math.min(...spacing));
+    const offset = -sign * share * (dims[axis] - 1) * cellSizeOf(placement)[axis];
     const normal = [0, 1, 2].map((i) => sign * eyeFromNormal[4 * axis + i]);
     return [...normal, offset - dot(normal, m.slice(12, 15))];
 }
@@ -159,7 +159,7 @@ function product(a, b) {
 /** A point of the voxel frame as the target of a view. */
 function targetAt(point, volume) {
     const { middle } = boxOf(volume);
-    return inWorldAxes(volume.placement.direction, point).map((a, i) => a - middle[i]);
+    return inWorldAxes(voxelAxesOf(volume.placement), point).map((a, i) => a - middle[i]);
 }
 
 /**

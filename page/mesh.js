@@ -89,19 +89,19 @@ class Query {
 }
 
 /** Transforms a mesh from the voxel frame to the world of its volume; the twin of place_in_world in src/export.rs. */
-function placeInWorld(mesh, { origin, spacing, direction }) {
-    const unit = Math.min(...spacing);
-    transform(mesh.positions, direction, unit, origin);
-    // The inverse transpose keeps normals perpendicular to the surface if the axes are sheared.
-    const [a, b, c] = direction;
-    const side = Math.sign(determinant(direction));
+function placeInWorld(mesh, placement) {
+    const axes = voxelAxesOf(placement);
+    transform(mesh.positions, axes, Math.min(...placement.spacing), placement.origin);
+    // The inverse transpose keeps normals perpendicular to the surface if the axes are sheared or stretched.
+    const [a, b, c] = axes;
+    const side = Math.sign(determinant(axes));
     transform(mesh.normals, [cross(b, c), cross(c, a), cross(a, b)], side, [0, 0, 0]);
     for (let at = 0; at < mesh.normals.length; at += 3) {
         const n = mesh.normals.subarray(at, at + 3);
         const length = Math.hypot(n[0], n[1], n[2]);
         if (length > 0) n.forEach((x, i) => { n[i] = x / length; });
     }
-    if (determinant(direction) < 0) {
+    if (side < 0) {
         for (let at = 0; at < mesh.triangles.length; at += 3) {
             const b = mesh.triangles[at + 1];
             mesh.triangles[at + 1] = mesh.triangles[at + 2];
@@ -122,7 +122,7 @@ function worldComments({ placement: { unit = "unknown", space = "UNKNOWN" } }) {
     return [...(space === "UNKNOWN" ? [] : [`SPACE=${space}`]), ...(unit === "unknown" ? [] : [`unit ${unit}`])];
 }
 
-/** Transforms vectors in place: origin + direction * (scale * vector). */
+/** Transforms vectors in place: origin + axes * (scale * vector). */
 function transform(vectors, [a, b, c], scale, origin) {
     for (let at = 0; at < vectors.length; at += 3) {
         const x = scale * vectors[at];

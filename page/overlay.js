@@ -47,10 +47,10 @@ function placeOnScreen(m, [px, py, pz], [width, height]) {
 }
 
 /** The edges of the volume's box without those at its nearest corner, which would hide the surface. */
-function boxLines({ dims, placement: { spacing } }, toScreen) {
-    const least = Math.min(...spacing);
+function boxLines({ dims, placement }, toScreen) {
+    const cellSize = cellSizeOf(placement);
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => toScreen([0, 1, 2].map((axis) =>
-        ((i >> axis) & 1) * (dims[axis] - 1) * (spacing[axis] / least))));
+        ((i >> axis) & 1) * (dims[axis] - 1) * cellSize[axis])));
     if (corners.some(({ depth }) => depth < 0)) return [];
     const nearest = corners.reduce((best, corner, i) => (corner.depth < corners[best].depth ? i : best), 0);
     const edges = [];

@@ -148,10 +148,10 @@ class Panel {
         on(this.showAll, "click", () => viewer.showAll());
     }
 
-    /** The volume of a voxel in the world; the twin of voxel_volume in src/volume/placement.rs. */
+    /** The volume of a cube of the voxel frame in the world; the twin of voxel_volume in src/volume/placement.rs. */
     voxelVolume() {
-        const { spacing, direction } = this.viewer.spectrum.info.volume.placement;
-        return Math.min(...spacing) ** 3 * Math.abs(determinant(direction));
+        const { placement } = this.viewer.spectrum.info.volume;
+        return Math.min(...placement.spacing) ** 3 * Math.abs(determinant(voxelAxesOf(placement)));
     }
 
     /** Sets the action of the next click on the surface: "keep", "hide", "measure" or null. */

@@ -40,5 +40,5 @@ pub use part::{Part, PartBorder};
 pub use parts::Parts;
 pub use plan::{Brick, Plan, Recipe, SIDE};
 pub use source::{OpenVolume, ReadBlocks, SampleBox, VolumeSource};
-pub use strategy::{Strategy, is_divisible};
+pub use strategy::{Strategy, is_divisible, side_within};
 pub use survey::Survey;

@@ -49,6 +49,7 @@ mod spectrum_file;
 mod surface_argument;
 mod target;
 pub(crate) mod terminal;
+mod threads;
 pub(crate) mod usage;
 mod verify;
 #[cfg(feature = "viewer")]
@@ -142,6 +143,7 @@ pub(crate) fn parse() -> Result<Cli, clap::Error> {
 pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
     start_log(arguments);
     interrupt::install(progress::clear);
+    threads::start_granted()?;
     match &arguments.command {
         Command::Compute(command) => command.run(arguments.quiet),
         Command::Plan(command) => command.run(),

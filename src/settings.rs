@@ -19,4 +19,4 @@ pub use noise::{NoiseSettings, Persistence};
 pub use preparation::PreparationSettings;
 pub use region::{AxisRange, Region};
 pub use sweep::SweepSettings;
-pub use threads::useful_threads;
+pub use threads::{startable_threads, useful_threads};

@@ -5,11 +5,12 @@
 //! | frame | unit | position of sample (i, j, k) |
 //! |---|---|---|
 //! | index | cells | (i, j, k) |
-//! | voxel | the smallest spacing | (i, j, k) * [`Volume::voxel_size`] |
+//! | voxel | the smallest spacing | (i, j, k) * [`Volume::voxel_size`], at most 1.5 along an axis |
 //! | world | the file's | origin + direction * (spacing * (i, j, k)) |
 //!
-//! All geometry inside the library is in the voxel frame, so lengths are metric also where the
-//! spacing is anisotropic; exports are in the world frame. There the axes need not be perpendicular ([`Placement`]).
+//! All geometry inside the library is in the voxel frame. Lengths there are metric where no spacing is more than 1.5 times
+//! the smallest; a longer one is shortened to that, so that the cost follows the samples. Exports are in the
+//! world frame, whose axes need not be perpendicular ([`Placement`]).
 
 mod block;
 mod cube;

@@ -66,7 +66,9 @@ impl Appearance {
     pub(crate) fn ends(&self) -> Result<ScaleEnds> {
         let ends = self.color_range.as_deref().map(ScaleEnds::from_str).transpose()?;
         let ends = ends.unwrap_or_default();
-        Ok(ScaleEnds { center: self.color_center.or(ends.center), ..ends })
+        let ends = ScaleEnds { center: self.color_center.or(ends.center), ..ends };
+        ends.check()?;
+        Ok(ends)
     }
 
     pub(crate) fn background(&self) -> Result<Option<Background>> {

@@ -99,7 +99,7 @@ pub(crate) fn rounded(spectrum: isospectrum::Spectrum) -> Result<isospectrum::Sp
 /// The side of the bricks, if the volume has to be cut to stay within the memory.
 fn brick_side(prepared: &Prepared, parameters: &Parameters, memory: f64) -> Result<Option<usize>> {
     match Strategy::choose(prepared, parameters, Some(memory))? {
-        Strategy::Bricks { .. } => Ok(Some(SIDE)),
+        Strategy::Bricks { side, .. } => Ok(Some(side)),
         Strategy::Whole(forecast) if forecast.memory > memory => Err(Error::Usage(format!(
             "{}: about {:.0} bytes of memory expected, and it cannot be cut into bricks, expected a max_memory above that",
             prepared.volume().name(),

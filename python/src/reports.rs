@@ -64,8 +64,7 @@ pub(crate) fn events<'py>(py: Python<'py>, spectrum: &Spectrum) -> PyResult<Boun
     let placement = &spectrum.volume().placement;
     let of = |axis: usize| {
         let place = |e: &Event| {
-            let voxel = placement.voxel();
-            let size = placement.spacing.map(|s| s / voxel);
+            let size = placement.cell_size();
             placement.world(std::array::from_fn(|a| e.position[a] / size[a]))[axis]
         };
         spectrum.events().iter().map(place).collect::<Vec<f64>>()

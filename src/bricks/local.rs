@@ -93,13 +93,24 @@ pub fn compute_parts(
         }),
         freed: Condvar::new(),
     };
-    std::thread::scope(|scope| {
+    let at_once = at_once.min(n);
+    let started = std::thread::scope(|scope| {
         // Not in rayon's pool, where a thread that waits for its own tasks would start another brick meanwhile.
-        for _ in 0..at_once.min(n) {
-            scope.spawn(|| queue.run());
-        }
+        let start = |_| std::thread::Builder::new().spawn_scoped(scope, || queue.run());
+        let n_threads = if at_once > 1 { at_once } else { 0 };
+        (0..n_threads).map(start).take_while(Result::is_ok).count()
     });
-    queue.state.into_inner().unwrap_or_else(PoisonError::into_inner).failure.map_or(Ok(()), Err)
+    // One thread is this one, which is rayon's if the system grants no other.
+    if started == 0 {
+        queue.run();
+    }
+    let state = queue.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    match state.failure {
+        Some(error) => Err(error),
+        // Threads end without an error if they find the cancellation between two bricks.
+        None if state.n_done < n => Err(Error::Interrupted),
+        None => Ok(()),
+    }
 }
 
 /// A brick whose samples and topology are in memory.

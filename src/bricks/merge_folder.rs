@@ -265,8 +265,7 @@ impl BrickGrid {
 
     /// Number of events in each brick; an event on a shared plane counts for the upper brick.
     fn n_events(&self, whole: &Spectrum) -> Vec<usize> {
-        let voxel = whole.volume().placement.voxel();
-        let size = whole.volume().placement.spacing.map(|s| s / voxel);
+        let size = whole.volume().placement.cell_size();
         let brick_of = |event: &Event| {
             self.number([0, 1, 2].map(|a| {
                 let at = event.position[a] / size[a];

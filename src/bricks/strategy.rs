@@ -7,6 +7,12 @@ use crate::forecast::Forecast;
 use crate::prepared::Prepared;
 use crate::sweep::Parameters;
 
+/// Cells along the side of the smallest bricks that are chosen; smaller ones are mostly border.
+const LEAST_SIDE: usize = SIDE / 4;
+
+/// Most of the memory that the mean brick may take: its neighbours may have several times as much surface.
+const MAX_BRICK_SHARE: f64 = 0.25;
+
 /// Whether a volume is swept as a whole or in bricks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Strategy {
@@ -16,6 +22,8 @@ pub enum Strategy {
     Bricks {
         /// Memory expected for a sweep of the whole, bytes.
         expected_memory: f64,
+        /// Cells along the side of a brick: [`side_within`] the memory.
+        side: usize,
     },
 }
 
@@ -33,25 +41,39 @@ impl Strategy {
     ) -> Result<Strategy> {
         let volume = prepared.volume();
         let limit = memory.filter(|_| is_divisible(volume.dims(), parameters));
+        let in_bricks = |expected_memory| {
+            let side = side_within(volume.dims(), expected_memory, limit.unwrap_or(f64::INFINITY));
+            Strategy::Bricks { expected_memory, side }
+        };
         // The samples alone may decide, which takes no time.
         let least = Forecast::least_memory(volume.dims());
         if limit.is_some_and(|limit| least > limit) {
-            return Ok(Strategy::Bricks { expected_memory: least });
+            return Ok(in_bricks(least));
         }
         let range = parameters.range.unwrap_or(volume.range());
         let forecast = Forecast::of_volume(volume, range, parameters.error)?;
         log::debug!("{forecast:?}");
         if limit.is_some_and(|limit| forecast.memory > limit) {
-            return Ok(Strategy::Bricks { expected_memory: forecast.memory });
+            return Ok(in_bricks(forecast.memory));
         }
         Ok(Strategy::Whole(forecast))
     }
 }
 
-/// True if bricks of the default side reduce the memory of a sweep: the volume has more than one of them, and there is no initial
+/// Cells along the side of bricks for a volume of `dims` samples whose sweep is expected to take `expected` bytes: the default, or
+/// the first half or quarter of it that cuts the volume and leaves `memory` bytes enough for each brick.
+pub fn side_within(dims: [usize; 3], expected: f64, memory: f64) -> usize {
+    let is_small = |side: usize| {
+        let n = cut(dims, side).len();
+        n > 1 && expected / n as f64 <= MAX_BRICK_SHARE * memory
+    };
+    [SIDE, SIDE / 2].into_iter().find(|&side| is_small(side)).unwrap_or(LEAST_SIDE)
+}
+
+/// True if bricks reduce the memory of a sweep: the volume has more than one of them, and there is no initial
 /// mesh, which is a mesh of the whole.
 pub fn is_divisible(dims: [usize; 3], parameters: &Parameters) -> bool {
-    parameters.initial_mesh.is_none() && cut(dims, SIDE).len() > 1
+    parameters.initial_mesh.is_none() && cut(dims, LEAST_SIDE).len() > 1
 }
 
 #[cfg(test)]
@@ -80,10 +102,16 @@ mod tests {
         let expected_memory = forecast.memory;
         assert_eq!(
             choose(&long, &default, Some(0.99 * forecast.memory)),
-            Strategy::Bricks { expected_memory }
+            Strategy::Bricks { expected_memory, side: 64 }
         );
         let expected_memory = Forecast::least_memory([400, 3, 3]);
-        assert_eq!(choose(&long, &default, Some(1.0)), Strategy::Bricks { expected_memory });
+        assert_eq!(
+            choose(&long, &default, Some(1.0)),
+            Strategy::Bricks { expected_memory, side: 32 }
+        );
+        // 27, 125 and 1,000 bricks.
+        let side = |expected| side_within([321; 3], expected, 1e9);
+        assert_eq!([6.7e9, 31e9, 32e9].map(side), [128, 64, 32]);
         assert!(matches!(choose(&small, &default, Some(1.0)), Strategy::Whole(_)));
         let given = Parameters { initial_mesh: Some("m.ply".into()), ..default };
         assert!(matches!(choose(&long, &given, Some(1.0)), Strategy::Whole(_)));

@@ -1,11 +1,10 @@
 //! Flags that select GPU or CPU and the number of threads.
 
 use clap::{Args, ValueEnum};
-use isospectrum::settings::useful_threads;
 use isospectrum::{Backend, Choice};
 use isospectrum::{Error, Result};
 
-use super::{driver_warning, heading};
+use super::{driver_warning, heading, threads};
 
 /// The flags of every command that computes a spectrum.
 #[derive(Args, Debug)]
@@ -51,8 +50,7 @@ impl BackendArguments {
             ));
         }
         if let Some(n) = self.threads {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(useful_threads(usize::from(n)));
-            pool.build_global().map_err(|error| Error::Usage(format!("--threads {n}: {error}")))?;
+            threads::start_requested(usize::from(n))?;
         }
         let choice = match self.backend {
             BackendChoice::Auto => Choice::Auto,

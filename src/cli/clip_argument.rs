@@ -31,14 +31,14 @@ impl ClipArgument {
     /// Returns the plane in the voxel frame of a grid.
     pub(super) fn of_grid(self, dims: [usize; 3], placement: &Placement) -> Clip {
         let ClipArgument { axis, is_flipped, position } = self;
-        let world = match position {
-            Position::Share(share) => share * (dims[axis] as f64 - 1.0) * placement.spacing[axis],
-            Position::Length(length) => length,
+        let samples = match position {
+            Position::Share(share) => share * (dims[axis] as f64 - 1.0),
+            Position::Length(length) => length / placement.spacing[axis],
         };
         let sign = if is_flipped { -1.0 } else { 1.0 };
         let mut normal = [0.0; 3];
         normal[axis] = sign;
-        Clip { normal, offset: sign * world / placement.voxel() }
+        Clip { normal, offset: sign * samples * placement.cell_size()[axis] }
     }
 }
 

@@ -218,11 +218,13 @@ fn world_line(placement: &Placement) -> String {
     if placement.span() < 0.0 {
         line += ", left-handed axes";
     }
-    if placement.is_sheared() {
+    if placement.is_sheared() || placement.is_stretched() {
         let (low, high) = placement.stretch();
         let [low, high] = [low, high].map(report::number);
-        line +=
-            &format!(", sheared: a tolerance of one voxel is {low} to {high} voxels in the world");
+        let why = if placement.is_sheared() { "sheared" } else { "anisotropic" };
+        line += &format!(
+            ", {why}: a tolerance of one voxel is {low} to {high} smallest spacings in the world"
+        );
     }
     line
 }

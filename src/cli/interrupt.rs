@@ -41,9 +41,22 @@ pub(super) fn install(clear: fn()) {
             log::debug!("signal {signal} ends the program at once: {error}");
         }
     }
+    fail_writes_beyond_limit();
     let watch = std::thread::Builder::new().name("signals".to_owned());
     if let Err(error) = watch.spawn(move || exit_after_signal(clear)) {
         log::debug!("a signal ends only work that checks for it: {error}");
+    }
+}
+
+/// Lets a write beyond the limit of file sizes (ulimit -f) fail with an error: by default its signal kills the program, which
+/// leaves an incomplete file.
+fn fail_writes_beyond_limit() {
+    #[cfg(unix)]
+    {
+        let ignored = Arc::new(AtomicBool::new(false));
+        if let Err(error) = flag::register(signal_hook::consts::signal::SIGXFSZ, ignored) {
+            log::debug!("a file beyond the limit of file sizes ends the program: {error}");
+        }
     }
 }
 

@@ -111,7 +111,7 @@ impl ColorSources {
             high: Some(ScaleEnd::Percentile(FIELD_PERCENTILES[1])),
             center: None,
         };
-        let Scale { low, high } = Scale::of(values, percentiles, ScaleEnds::default());
+        let Scale { low, high } = Scale::of_checked(values, percentiles, ScaleEnds::default());
         let center = (low < 0.0 && high > 0.0).then_some(0.0);
         self.field_ends = ScaleEnds { center, ..ScaleEnds::between(low, high) };
         self.field = Some(Arc::new(field));
@@ -218,7 +218,7 @@ impl SpectrumMesh<'_> {
                 let values: Vec<f32> = mesh.triangles.par_iter().map(curvature).collect();
                 let inner = values.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
                 let sizes = inner.map(|(h, _)| f64::from(h.abs()));
-                let Scale { high, .. } = Scale::of(sizes, from_zero, ScaleEnds::default());
+                let Scale { high, .. } = Scale::of_checked(sizes, from_zero, ScaleEnds::default());
                 let ends = ScaleEnds { center: Some(0.0), ..ScaleEnds::between(-high, high) };
                 ("mean curvature, 1/voxel", Per::Triangle, values, ends)
             }
@@ -246,7 +246,7 @@ impl SpectrumMesh<'_> {
                 return Ok(Some(Attribute { name, per: Per::Triangle, values, scale: None }));
             }
         };
-        let scale = Scale::of(values.iter().map(|&x| f64::from(x)), requested, default);
+        let scale = Scale::of(values.iter().map(|&x| f64::from(x)), requested, default)?;
         Ok(Some(Attribute { name: name.to_owned(), per, values, scale: Some(scale) }))
     }
 }

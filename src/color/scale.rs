@@ -44,12 +44,25 @@ pub struct ScaleEnds {
 }
 
 impl ScaleEnds {
-    /// All numbers that are set.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let number = |end: ScaleEnd| match end {
-            ScaleEnd::At(x) | ScaleEnd::Percentile(x) => x,
-        };
-        self.low.into_iter().chain(self.high).map(number).chain(self.center)
+    /// Checks that all values are finite and all percentiles from 0 to 100.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] if one is not.
+    pub fn check(&self) -> Result<()> {
+        let center = self.center.map(ScaleEnd::At);
+        for end in self.low.into_iter().chain(self.high).chain(center) {
+            match end {
+                ScaleEnd::At(x) if !x.is_finite() => {
+                    return Err(Error::Usage(format!("scale with {x}, expected finite numbers")));
+                }
+                ScaleEnd::Percentile(p) if !(0.0..=100.0).contains(&p) => {
+                    return Err(Error::Usage(format!("scale with p{p}, expected p0 to p100")));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// From one value to another.
@@ -95,7 +108,26 @@ pub struct Scale {
 
 impl Scale {
     /// The scale of the finite values by the requested ends, then by the default ends, then by the minimum and maximum.
-    pub fn of(values: impl Iterator<Item = f64>, requested: ScaleEnds, default: ScaleEnds) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ScaleEnds::check`].
+    pub fn of(
+        values: impl Iterator<Item = f64>,
+        requested: ScaleEnds,
+        default: ScaleEnds,
+    ) -> Result<Self> {
+        requested.check()?;
+        default.check()?;
+        Ok(Scale::of_checked(values, requested, default))
+    }
+
+    /// As [`Scale::of`], of ends that are known to be valid.
+    pub(super) fn of_checked(
+        values: impl Iterator<Item = f64>,
+        requested: ScaleEnds,
+        default: ScaleEnds,
+    ) -> Self {
         let mut values: Vec<f64> = values.filter(|x| x.is_finite()).collect();
         let mut value_of = |end: Option<ScaleEnd>, percent: f64| match end {
             Some(ScaleEnd::At(x)) => x,
@@ -143,7 +175,8 @@ mod tests {
         let of = |requested: &str, center| {
             let values = (0..=100).map(f64::from).chain([f64::NAN, f64::INFINITY]);
             let requested = ScaleEnds { center, ..requested.parse().expect("ends") };
-            let Scale { low, high } = Scale::of(values, requested, ScaleEnds::default());
+            let scale = Scale::of(values, requested, ScaleEnds::default());
+            let Scale { low, high } = scale.expect("valid ends");
             (low, high)
         };
         assert_eq!(of(":", None), (0.0, 100.0));
@@ -153,9 +186,16 @@ mod tests {
         for wrong in ["", "5", "a:b", "p101:3", "5:5", "nan:1"] {
             assert!(wrong.parse::<ScaleEnds>().is_err(), "{wrong}");
         }
-        let one = Scale::of([7.0].into_iter(), ScaleEnds::default(), ScaleEnds::default());
+        let nan = ScaleEnds { center: Some(f64::NAN), ..ScaleEnds::default() };
+        let p101 = ScaleEnds { low: Some(ScaleEnd::Percentile(101.0)), ..ScaleEnds::default() };
+        for wrong in [nan, p101, ScaleEnds::between(0.0, f64::INFINITY)] {
+            let made = Scale::of([7.0].into_iter(), wrong, ScaleEnds::default());
+            assert!(matches!(made, Err(Error::Usage(_))), "{wrong:?}");
+        }
+        let default = ScaleEnds::default();
+        let one = Scale::of([7.0].into_iter(), default, default).expect("valid ends");
         assert!(one.low < 7.0 && 7.0 < one.high, "{one:?}");
-        let none = Scale::of([].into_iter(), ScaleEnds::default(), ScaleEnds::default());
+        let none = Scale::of([].into_iter(), default, default).expect("valid ends");
         assert!(none.low < none.high);
     }
 

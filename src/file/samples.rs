@@ -22,13 +22,16 @@ pub(super) struct Samples {
 impl Samples {
     /// The samples of a volume, in these units. There are none if the volume has no valid placement.
     pub(super) fn new(volume: &VolumeInfo, units: Units) -> Self {
-        let spacing = volume.placement.spacing;
-        let least = spacing[0].min(spacing[1]).min(spacing[2]);
+        Samples::with_cells(volume, volume.placement.cell_size(), units)
+    }
+
+    /// As [`Samples::new`], with cells of another size than those of the voxel frame.
+    pub(super) fn with_cells(volume: &VolumeInfo, cell_size: [f64; 3], units: Units) -> Self {
         let is_known = volume.placement.check().is_ok();
         let dims = volume.dims.map(|n| i64::try_from(n).unwrap_or(0));
         Samples {
             dims: if is_known { dims } else { [0; 3] },
-            cell: spacing.map(|s| s / least * units.per_voxel),
+            cell: cell_size.map(|s| s * units.per_voxel),
             units,
         }
     }
@@ -89,17 +92,17 @@ mod tests {
 
     #[test]
     fn lattice_edges_inside_the_volume_have_a_direction() {
-        // A cell is 1 x 2 x 1.5 voxels.
-        let samples = samples([4, 4, 4], [0.2, 0.4, 0.3]);
-        assert_eq!(samples.position([3, 2, 1]), Some([3072, 4096, 1536]));
-        assert_eq!(samples.nearest([3000, 4200, 1500]), [3, 2, 1]);
+        // A cell is 1 x 1.5 x 1.25 voxels.
+        let samples = samples([4, 4, 4], [0.2, 0.3, 0.25]);
+        assert_eq!(samples.position([3, 2, 1]), Some([3072, 3072, 1280]));
+        assert_eq!(samples.nearest([3000, 3100, 1250]), [3, 2, 1]);
         let edge = |from: [i32; 3], to: [i32; 3]| samples.edge_between([from, to]);
         assert_eq!(edge([1024, 0, 0], [0, 0, 0]), Some(([1, 0, 0], 0)));
-        assert_eq!(edge([0, 2048, 1536], [0, 2048, 3072]), Some(([0, 1, 1], 5)));
+        assert_eq!(edge([0, 1536, 1280], [0, 1536, 2560]), Some(([0, 1, 1], 5)));
         for (from, to) in [
             ([3072, 0, 0], [4096, 0, 0]),
             ([0, 0, 0], [-1024, 0, 0]),
-            ([0, 0, 0], [1024, 2048, 0]),
+            ([0, 0, 0], [1024, 1536, 0]),
             ([0, 0, 0], [2048, 0, 0]),
             ([0, 0, 0], [0, 0, 0]),
             ([0, 0, 0], [1023, 0, 0]),

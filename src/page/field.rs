@@ -22,7 +22,7 @@ impl PageField {
     pub(super) fn new(sources: &ColorSources, ends: ScaleEnds) -> Option<Self> {
         let field = sources.field.as_ref()?;
         let values = field.values.iter().map(|&x| f64::from(x));
-        let scale = Scale::of(values, ends, sources.field_ends());
+        let scale = Scale::of(values, ends, sources.field_ends()).ok()?;
         let code = |&x: &f32| code_of(scale, f64::from(x));
         Some(PageField {
             name: field.name.clone(),

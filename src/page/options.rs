@@ -105,6 +105,7 @@ impl<'a> Page<'a> {
             )));
         }
         spectrum.check_isovalue(self.isovalue)?;
+        self.ends.check()?;
         self.keep.check()?;
         self.camera.check()?;
         if matches!(self.color, Color::Distance | Color::Normal) {
@@ -197,8 +198,7 @@ fn clip_to_json(clip: Clip, spectrum: &Spectrum) -> Result<serde_json::Value> {
         return Err(Error::Usage("a page cuts across an axis of the volume only".to_owned()));
     };
     let placement = &spectrum.volume().placement;
-    let size =
-        (spectrum.volume().dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel();
+    let size = (spectrum.volume().dims[axis] as f64 - 1.0) * placement.cell_size()[axis];
     let share = (clip.offset / clip.normal[axis] / size).clamp(0.0, 1.0);
     Ok(serde_json::json!({ "axis": axis, "share": share, "turned": clip.normal[axis] < 0.0 }))
 }

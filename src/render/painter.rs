@@ -119,7 +119,9 @@ impl Painter {
                 return Err(Error::Usage(format!("opacity {opacity}, expected 0 to 1")));
             }
         }
-        view.check(self.device.limits().max_texture_dimension_2d)?;
+        let limits = self.device.limits();
+        view.check(limits.max_texture_dimension_2d)?;
+        Target::check((view.width, view.height), limits.max_buffer_size)?;
         let projection =
             view.camera.projection(spectrum.volume(), view.look_at, view.width, view.height);
         let device = self.device.clone();
@@ -139,7 +141,8 @@ impl Painter {
         let size = (view.width, view.height);
         let target = match self.target.take().filter(|t| (t.width, t.height) == size) {
             Some(target) => target,
-            None => with_error_scope(&device, || Target::new(&device, size, n_samples))?,
+            None => with_error_scope(&device, || Target::new(&device, size, n_samples))
+                .map_err(|error| Target::too_large(size, n_samples).unwrap_or(error))?,
         };
         if view.occlusion && self.occlusion.is_none() {
             let occlusion = with_error_scope(&device, || Occlusion::new(&device, n_samples))?;

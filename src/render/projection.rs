@@ -12,7 +12,7 @@ use crate::spectrum::VolumeInfo;
 impl Camera {
     /// Fits a box (corners in the voxel frame, the first and the last opposite) to a picture of `size` pixels.
     fn fit(&self, volume: &VolumeInfo, corners: [DVec3; 8], size: [u32; 2]) -> BoxFit {
-        let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+        let world = DMat3::from_cols_array_2d(&volume.placement.axes());
         let center = world * (0.5 * (corners[0] + corners[7]));
         let (towards_eye, up) = self.directions(volume);
         let rotation = look_to_mat4(DVec3::ZERO, -towards_eye, up);
@@ -55,7 +55,7 @@ impl Camera {
         width: u32,
         height: u32,
     ) -> Projection {
-        let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+        let world = DMat3::from_cols_array_2d(&volume.placement.axes());
         let fit = self.fit(volume, corners(volume), [width, height]);
         let distance = self.distance * fit.distance;
 
@@ -92,8 +92,7 @@ impl Camera {
 
 /// The eight corners of the box around the volume with its caps, voxel frame, x fastest.
 pub(super) fn corners(volume: &VolumeInfo) -> [DVec3; 8] {
-    let spacing = DVec3::from_array(volume.placement.spacing);
-    let size = spacing / spacing.min_element();
+    let size = DVec3::from_array(volume.placement.cell_size());
     let last = DVec3::from_array(volume.dims.map(|d| d as f64 - 1.0));
     corners_between(size * DVec3::splat(-BORDER), size * (last + BORDER))
 }
@@ -204,7 +203,7 @@ mod tests {
     #[test]
     fn the_up_axis_points_up_and_azimuths_turn_around_it() {
         let sheared = Placement {
-            spacing: [1.0, 2.0, 0.5],
+            spacing: [0.75, 0.6, 0.5],
             direction: [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.6, -0.8]],
             ..Placement::default()
         };

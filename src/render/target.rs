@@ -17,6 +17,14 @@ pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth2
 /// Longest time for a picture; after it the device counts as hung.
 const TIMEOUT: Duration = Duration::from_secs(300);
 
+/// Pictures of more pixels may be beyond the memory of a GPU.
+const LARGE_PICTURE: u64 = 1 << 24;
+
+/// Bytes of a row of pixels in a buffer.
+fn bytes_per_row(width: u32) -> u32 {
+    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}
+
 /// The textures for one size of pictures, and the staging buffer to read them back.
 #[derive(Debug)]
 pub(super) struct Target {
@@ -36,6 +44,18 @@ pub(super) struct Target {
 }
 
 impl Target {
+    /// The error of textures that a GPU did not make, if their size explains it.
+    pub(super) fn too_large((width, height): (u32, u32), n_samples: u32) -> Option<Error> {
+        let pixels = u64::from(width) * u64::from(height);
+        // Colour and depth of each sample, the picture, and the buffer to read it back.
+        let megabytes = pixels * (8 * u64::from(n_samples) + 8) / 1_000_000;
+        (pixels > LARGE_PICTURE).then(|| {
+            Error::Usage(format!(
+                "picture of {width}x{height} pixels takes {megabytes} MB on the GPU, which cannot hold it, expected fewer pixels"
+            ))
+        })
+    }
+
     /// Textures for pictures of a width and height, with `n_samples` samples per pixel.
     pub(super) fn new(device: &wgpu::Device, size: (u32, u32), n_samples: u32) -> Self {
         let (width, height) = size;
@@ -72,7 +92,7 @@ impl Target {
             aspect: wgpu::TextureAspect::DepthOnly,
             ..Default::default()
         });
-        let bytes_per_row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let bytes_per_row = bytes_per_row(width);
         let staging = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("surface.staging"),
             size: u64::from(bytes_per_row) * u64::from(height),
@@ -90,6 +110,21 @@ impl Target {
             staging,
             bytes_per_row,
         }
+    }
+
+    /// Checks that a picture of a size can be read back from a device with buffers of at most `max_bytes`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] if it cannot.
+    pub(super) fn check((width, height): (u32, u32), max_bytes: u64) -> Result<()> {
+        let bytes = u64::from(bytes_per_row(width)) * u64::from(height);
+        if bytes > max_bytes {
+            return Err(Error::Usage(format!(
+                "picture of {width}x{height} pixels takes {bytes} bytes, expected at most {max_bytes} on this GPU"
+            )));
+        }
+        Ok(())
     }
 
     /// The texture of the finished picture.

@@ -208,10 +208,11 @@ impl View {
             return Err(Error::Usage(format!("opacity {}, expected 0 to 1", self.opacity)));
         }
         let clip = self.clip.into_iter().flat_map(|c| c.normal.into_iter().chain([c.offset]));
-        let mut numbers = self.look_at.into_iter().flatten().chain(clip).chain(self.ends.numbers());
+        let mut numbers = self.look_at.into_iter().flatten().chain(clip);
         if let Some(wrong) = numbers.find(|x| !x.is_finite()) {
             return Err(Error::Usage(format!("view with {wrong}, expected finite numbers")));
         }
+        self.ends.check()?;
         self.keep.check()?;
         self.camera.check()
     }

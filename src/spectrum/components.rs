@@ -203,12 +203,15 @@ pub struct Keep {
 }
 
 impl Keep {
-    /// Converts from the frame and the unit of the world to the voxel frame of a volume.
+    /// Converts from the frame and the unit of the world to the voxel frame of a volume. If that is stretched in the world
+    /// ([`Placement::stretch`]) the ratio of two areas depends on their orientation, and the area is converted by the mean.
     pub fn in_voxels(self, placement: &Placement) -> Keep {
+        let voxel = placement.voxel();
+        let stretch = (placement.voxel_volume() / (voxel.powi(3) * placement.span().abs())).cbrt();
         Keep {
             largest: self.largest,
             min_volume: self.min_volume / placement.voxel_volume(),
-            min_area: self.min_area / placement.voxel().powi(2),
+            min_area: self.min_area / (voxel * stretch).powi(2),
             at: self.at.map(|point| placement.voxel_of_world(point)),
         }
     }

@@ -100,7 +100,7 @@ mod tests {
             dims: [20, 30, 40],
             sample_type: "uint8".into(),
             range: (0.0, 1.0),
-            placement: Placement { spacing: [1.0, 1.0, 2.0], ..Placement::default() },
+            placement: Placement { spacing: [1.0, 1.0, 1.5], ..Placement::default() },
             outside: Outside::Low,
         }
     }
@@ -121,7 +121,7 @@ mod tests {
             DVec2::new((0.5 + 0.5 * clip.x) * 640.0, (0.5 - 0.5 * clip.y) * 480.0)
         };
         let Ray { origin, direction } = pixel_ray(&view, &volume, DVec2::new(320.0, 240.0));
-        let middle = DVec3::new(9.5, 14.5, 39.0);
+        let middle = DVec3::new(9.5, 14.5, 29.25);
         assert!(
             direction.cross(middle - origin).length() < 1e-9,
             "the middle ray meets the middle"

@@ -73,8 +73,7 @@ impl Options {
 
 /// The length of a volume along an axis, voxels.
 fn length(volume: &VolumeInfo, axis: usize) -> f64 {
-    let placement = &volume.placement;
-    (volume.dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel()
+    (volume.dims[axis] as f64 - 1.0) * volume.placement.cell_size()[axis]
 }
 
 /// Shows the panel; returns the command of a clicked button.

@@ -9,7 +9,7 @@ use super::placement::Placement;
 use super::samples::{Samples, range_of, with_samples};
 use crate::error::{Error, Result};
 
-/// Longest extent along an axis, in voxels: beyond, f32 positions are more than a sixteenth of a voxel apart.
+/// Longest extent along an axis of the voxel frame: beyond, f32 positions are more than a sixteenth of a voxel apart.
 const MAX_EXTENT: f64 = 1_048_576.0;
 
 /// Smallest range of the samples: from here on levels and differences of isovalues are normal f64 numbers.
@@ -205,10 +205,9 @@ impl Volume {
         })
     }
 
-    /// Size of a cell in the voxel frame: spacing over the smallest spacing.
+    /// Size of a cell in the voxel frame: [`Placement::cell_size`].
     pub fn voxel_size(&self) -> [f64; 3] {
-        let unit = self.placement.voxel();
-        self.placement.spacing.map(|s| s / unit)
+        self.placement.cell_size()
     }
 
     /// The trilinear field at a point of the voxel frame; outside, that of the layer around the
@@ -250,11 +249,13 @@ pub(crate) fn check_grid(name: &str, dims: [usize; 3], placement: &Placement) ->
         )));
     }
     placement.check().map_err(|message| Error::input(format!("{name}: {message}")))?;
-    let (spacing, unit) = (placement.spacing, placement.voxel());
-    if let Some(a) = (0..3).find(|&a| dims[a] as f64 * spacing[a] > MAX_EXTENT * unit) {
+    let size = placement.cell_size();
+    if let Some(a) = (0..3).find(|&a| dims[a] as f64 * size[a] > MAX_EXTENT) {
         return Err(Error::input(format!(
-            "{name}: {} samples with a spacing of {:e}, expected an extent of at most {MAX_EXTENT} times the smallest spacing {unit:e}",
-            dims[a], spacing[a]
+            "{name}: {} samples with a spacing of {:e}, expected an extent of at most {MAX_EXTENT} times the smallest spacing {:e}",
+            dims[a],
+            placement.spacing[a],
+            placement.voxel()
         )));
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use super::grid::Volume;
 
-/// Bins over the range: a percentile is exact to a 65,536th of the range.
+/// Bins over the range: a percentile is at most a 65,536th of the range above the least value that suffices.
 const N_BINS: usize = 1 << 16;
 
 /// A histogram of samples over their range.
@@ -11,6 +11,8 @@ const N_BINS: usize = 1 << 16;
 pub struct Histogram {
     range: (f64, f64),
     counts: Vec<u64>,
+    /// The largest value in each bin; minus infinity in an empty one.
+    largest: Vec<f64>,
     total: u64,
 }
 
@@ -22,7 +24,12 @@ impl Histogram {
 
     /// The histogram of values, all of which are in the range.
     pub fn of_values(values: impl Iterator<Item = f64>, range: (f64, f64)) -> Self {
-        let mut histogram = Histogram { range, counts: vec![0; N_BINS], total: 0 };
+        let mut histogram = Histogram {
+            range,
+            counts: vec![0; N_BINS],
+            largest: vec![f64::NEG_INFINITY; N_BINS],
+            total: 0,
+        };
         histogram.add(values);
         histogram
     }
@@ -32,14 +39,17 @@ impl Histogram {
         let (low, high) = self.range;
         for value in values {
             let share = (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low);
-            self.counts[((share * N_BINS as f64) as usize).min(N_BINS - 1)] += 1;
+            let bin = ((share * N_BINS as f64) as usize).min(N_BINS - 1);
+            self.counts[bin] += 1;
+            self.largest[bin] = self.largest[bin].max(value);
             self.total += 1;
         }
     }
 
-    /// Number of values in each bin.
-    pub(super) fn counts(&self) -> &[u64] {
-        &self.counts
+    /// Index, number of values and largest value of each bin that is not empty.
+    pub(super) fn bins(&self) -> impl Iterator<Item = (usize, u64, f64)> {
+        let bins = self.counts.iter().zip(&self.largest).enumerate();
+        bins.filter(|(_, (n, _))| **n > 0).map(|(i, (&n, &largest))| (i, n, largest))
     }
 
     /// Number of values.
@@ -47,27 +57,34 @@ impl Histogram {
         self.total
     }
 
-    /// Adds `n` values to a bin. Returns false if there is no such bin, or the count overflows.
-    pub(super) fn add_to(&mut self, bin: usize, n: u64) -> bool {
+    /// Adds `n` values to a bin, of which `largest` is the largest. Returns false if there is no such bin, the value is not in the
+    /// range, or the count overflows.
+    pub(super) fn add_to(&mut self, bin: usize, n: u64, largest: f64) -> bool {
+        if !(self.range.0..=self.range.1).contains(&largest) {
+            return false;
+        }
         let Some(total) = self.total.checked_add(n) else { return false };
         let Some(count) = self.counts.get_mut(bin) else { return false };
         *count += n;
+        self.largest[bin] = self.largest[bin].max(largest);
         self.total = total;
         true
     }
 
-    /// The value below which `percent` (0 to 100) of the samples are, to within a 65,536th of the range.
+    /// A value that at least `percent` (0 to 100) of the samples do not exceed: a sample, at most a 65,536th of the range above the
+    /// least one of which that is true. Of 0 percent it is the smallest sample of all.
     pub fn percentile(&self, percent: f64) -> f64 {
         let (low, high) = self.range;
+        if percent <= 0.0 {
+            return low;
+        }
         let wanted = percent / 100.0 * self.total as f64;
         let mut below = 0.0;
-        for (i, &count) in self.counts.iter().enumerate() {
-            let next = below + count as f64;
-            if count > 0 && next >= wanted {
-                // The start of the bin, exact for equal samples.
-                return low + (high - low) * (i as f64 / N_BINS as f64);
+        for (_, count, largest) in self.bins() {
+            below += count as f64;
+            if below >= wanted {
+                return largest;
             }
-            below = next;
         }
         high
     }
@@ -127,11 +144,28 @@ mod tests {
     }
 
     #[test]
+    fn a_percentile_covers_its_share_of_the_samples() {
+        let values: Vec<f64> =
+            (0..10_007).map(|i| (f64::from(i * i % 10_007) * 0.37).exp2().ln()).collect();
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let h = Histogram::of_values(values.iter().copied(), (low, high));
+        for percent in [0.1, 1.0, 33.3, 50.0, 90.0, 99.0, 99.9, 100.0] {
+            let found = h.percentile(percent);
+            let share = |x: f64| values.iter().filter(|&&v| v <= x).count() as f64 / 10_007.0;
+            assert!(share(found) >= percent / 100.0, "{percent}");
+            assert!(share(found - (high - low) / 65_536.0) < percent / 100.0, "{percent}");
+        }
+        assert_eq!([0.0, 100.0].map(|p| h.percentile(p)), [low, high]);
+    }
+
+    #[test]
     fn every_sample_is_counted_once() {
         let h = Histogram::of_values([0.0, 1.0, 1.0, 3.0, 4.0].into_iter(), (0.0, 4.0));
         assert_eq!(h.parts(4, (0.0, 4.0)), [1, 2, 0, 2]);
         assert_eq!(h.percentile(0.0), 0.0);
         assert_eq!(h.percentile(50.0), 1.0);
+        assert_eq!(h.percentile(100.0), 4.0);
         assert_eq!(h.parts(1, (2.0, 4.0)), [2]);
     }
 }

@@ -5,9 +5,10 @@
 //! The position of sample (i, j, k) is origin + D * (spacing * (i, j, k)). The columns of D are linearly independent unit
 //! vectors: a rotation, a reflection, or sheared, as for the cells of crystals and tilted gantries.
 //!
-//! The voxel frame has perpendicular axes, so a sheared world is its affine image. Topology is the same in both.
-//! Tolerances and radius ratios hold in the voxel frame; for isotropic spacing a length there is [`Placement::stretch`]
-//! times as long in the world. Areas and volumes are measured in the world.
+//! The voxel frame has perpendicular axes and cells that are at most [`MAX_CELL_SIZE`] times as long along one axis as along
+//! another, so the world is its affine image if it is sheared or a spacing is longer. Topology is the same in both. Tolerances
+//! and radius ratios hold in the voxel frame, whose cells, and so the cost of a sweep, follow the samples and not the spacing;
+//! a length there is [`Placement::stretch`] times as long in the world. Areas and volumes are measured in the world.
 
 use std::fmt;
 
@@ -17,6 +18,10 @@ use serde::{Deserialize, Serialize};
 /// normal numbers in the f32 of exported meshes.
 const MIN_SPACING: f64 = 1e-15;
 const MAX_SPACING: f64 = 1e15;
+
+/// Length of a cell of the voxel frame along an axis, at most; the shortest is 1. A sweep costs up to 1.5 times as much with cells
+/// of 1 x 1 x 1.5 as with cubes, and up to twice as much with 1 x 1 x 2 (`docs/decisions/0015-voxel-frame.md`).
+const MAX_CELL_SIZE: f64 = 1.5;
 
 /// Largest deviation of the squared length of a direction from 1, and largest cosine between perpendicular directions.
 const DIRECTION_TOLERANCE: f64 = 1e-3;
@@ -119,8 +124,8 @@ impl fmt::Display for Space {
 /// use isospectrum::Placement;
 ///
 /// let placement = Placement { origin: [10.0, 0.0, 0.0], spacing: [0.5, 0.5, 2.0], ..Placement::default() };
-/// // The voxel frame is that of meshes; its unit is the smallest spacing.
-/// assert_eq!(placement.voxel_of_world([10.0, 1.0, 2.0]), [0.0, 2.0, 4.0]);
+/// // The voxel frame is that of meshes. Its unit is the smallest spacing; cells are at most 1.5 units long.
+/// assert_eq!(placement.voxel_of_world([10.0, 1.0, 2.0]), [0.0, 2.0, 1.5]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
@@ -199,9 +204,30 @@ impl Placement {
         x.min(y).min(z)
     }
 
-    /// The volume of a voxel in the world: the unit of volumes in the voxel frame.
+    /// Size of a cell in the voxel frame: spacing over the smallest spacing, at most 1.5.
+    pub fn cell_size(&self) -> [f64; 3] {
+        let voxel = self.voxel();
+        self.spacing.map(|s| (s / voxel).min(MAX_CELL_SIZE))
+    }
+
+    /// World lengths of the unit vectors of the voxel frame: the smallest spacing, more along axes whose cells would be longer
+    /// than [`MAX_CELL_SIZE`].
+    fn units(&self) -> [f64; 3] {
+        let voxel = self.voxel();
+        self.spacing.map(|s| if s / voxel > MAX_CELL_SIZE { s / MAX_CELL_SIZE } else { voxel })
+    }
+
+    /// The unit vectors of the voxel frame in the axes of the world, in smallest spacings: [`Placement::direction`], longer along
+    /// axes whose spacing is more than 1.5 times the smallest.
+    pub fn axes(&self) -> [[f64; 3]; 3] {
+        let (units, voxel) = (self.units(), self.voxel());
+        std::array::from_fn(|a| self.direction[a].map(|x| x * (units[a] / voxel)))
+    }
+
+    /// The volume of a cube of the voxel frame in the world: the unit of volumes in the voxel frame.
     pub fn voxel_volume(&self) -> f64 {
-        self.voxel().powi(3) * self.span().abs()
+        let [x, y, z] = self.axes();
+        self.voxel().powi(3) * dot(x, cross(y, z)).abs()
     }
 
     /// World position of a point of the index frame.
@@ -217,19 +243,20 @@ impl Placement {
 
     /// As [`Placement::world_of_voxel`], relative to the origin.
     pub fn around_origin(&self, p: [f32; 3]) -> [f64; 3] {
-        let voxel = self.voxel();
-        self.rotate(p.map(|x| voxel * f64::from(x)))
+        let units = self.units();
+        self.rotate(std::array::from_fn(|a| units[a] * f64::from(p[a])))
     }
 
     /// Point of the voxel frame at a world position, the inverse of [`Placement::world_of_voxel`].
     pub fn voxel_of_world(&self, p: [f64; 3]) -> [f64; 3] {
         let [a, b, c] = self.direction;
         let from_origin: [f64; 3] = std::array::from_fn(|i| p[i] - self.origin[i]);
-        let scale = self.span() * self.voxel();
-        [cross(b, c), cross(c, a), cross(a, b)].map(|normal| dot(normal, from_origin) / scale)
+        let (span, units) = (self.span(), self.units());
+        let normals = [cross(b, c), cross(c, a), cross(a, b)];
+        std::array::from_fn(|a| dot(normals[a], from_origin) / (span * units[a]))
     }
 
-    /// Unit normal in the world of a surface with normal `n` in the voxel frame, by the inverse transpose of the directions.
+    /// Unit normal in the world of a surface with normal `n` in the voxel frame, by the inverse transpose of the axes.
     /// A zero vector stays.
     pub fn normal(&self, n: [f32; 3]) -> [f32; 3] {
         self.normals()(n)
@@ -239,7 +266,10 @@ impl Placement {
     pub fn normals(&self) -> impl Fn([f32; 3]) -> [f32; 3] {
         let [a, b, c] = self.direction;
         let side = self.span().signum();
-        let inverse = [cross(b, c), cross(c, a), cross(a, b)];
+        let (units, voxel) = (self.units(), self.voxel());
+        let normals = [cross(b, c), cross(c, a), cross(a, b)];
+        let inverse: [[f64; 3]; 3] =
+            std::array::from_fn(|a| normals[a].map(|x| x * (voxel / units[a])));
         move |n| {
             let along = |i: usize, a: usize| side * inverse[a][i] * f64::from(n[a]);
             let turned: [f64; 3] = std::array::from_fn(|i| (0..3).map(|a| along(i, a)).sum());
@@ -254,17 +284,23 @@ impl Placement {
         dot(a, cross(b, c))
     }
 
+    /// Whether a spacing is so long that cells of the voxel frame are shortened along it.
+    pub fn is_stretched(&self) -> bool {
+        self.spacing.iter().any(|s| s / self.voxel() > MAX_CELL_SIZE)
+    }
+
     /// Whether the axes are not perpendicular, to within 1e-3.
     pub fn is_sheared(&self) -> bool {
         let [a, b, c] = self.direction;
         [dot(a, b), dot(b, c), dot(c, a)].iter().any(|cosine| cosine.abs() > DIRECTION_TOLERANCE)
     }
 
-    /// Smallest and largest factor by which lengths grow from the voxel frame to the world, for isotropic spacing: the
-    /// singular values of the directions. Both are 1 unless the axes are sheared.
+    /// Smallest and largest factor by which lengths grow from the voxel frame to the world, where they are counted in smallest
+    /// spacings: the singular values of [`Placement::axes`]. Both are 1 unless the axes are sheared or a spacing is more than
+    /// 1.5 times the smallest.
     pub fn stretch(&self) -> (f64, f64) {
-        let directions = glam::DMat3::from_cols_array_2d(&self.direction);
-        let (low, high) = symmetric_eigenvalues(directions.transpose() * directions);
+        let axes = glam::DMat3::from_cols_array_2d(&self.axes());
+        let (low, high) = symmetric_eigenvalues(axes.transpose() * axes);
         (low.max(0.0).sqrt(), high.sqrt())
     }
 
@@ -356,11 +392,30 @@ mod tests {
 
     #[test]
     fn stretch_and_span_are_those_of_axes_at_60_degrees() {
-        let (low, high) = hexagonal().stretch();
+        let (low, high) = Placement { spacing: [2.0; 3], ..hexagonal() }.stretch();
         // The matrix of scalar products has the eigenvalues 1 - 1/2, 1 and 1 + 1/2.
         assert!((low - 0.5f64.sqrt()).abs() < 1e-12 && (high - 1.5f64.sqrt()).abs() < 1e-12);
         assert!((hexagonal().span() - 0.75f64.sqrt()).abs() < 1e-12);
         assert_eq!(Placement::default().stretch(), (1.0, 1.0));
+    }
+
+    #[test]
+    fn a_long_spacing_stretches_the_world_and_not_the_voxel_frame() {
+        let p = Placement { spacing: [0.5, 0.5, 15.0], ..Placement::default() };
+        assert!(p.is_stretched());
+        assert_eq!(p.cell_size(), [1.0, 1.0, 1.5]);
+        assert_eq!(p.world_of_voxel([3.0, 2.0, 3.0]), p.world([3.0, 2.0, 2.0]));
+        assert_eq!(p.voxel_of_world(p.world([3.0, 2.0, 2.0])), [3.0, 2.0, 3.0]);
+        let (low, high) = p.stretch();
+        assert!((low - 1.0).abs() < 1e-12 && (high - 20.0).abs() < 1e-12, "{low} {high}");
+        // A unit along z is 10 in the world.
+        assert!((p.voxel_volume() - 0.5 * 0.5 * 10.0).abs() < 1e-12);
+        // The plane x + z = 0 of the voxel frame is 2 x + z / 10 = 0 in the world.
+        let [x, y, z] = p.normal([1.0, 0.0, 1.0]).map(f64::from);
+        assert!(y == 0.0 && (x / z - 20.0).abs() < 1e-5, "{x} {z}");
+        // None is more than 1.5 times the smallest.
+        let p = Placement { spacing: [0.7, 1.0, 0.9], ..Placement::default() };
+        assert!(!p.is_stretched() && p.axes() == Placement::IDENTITY.direction);
     }
 
     #[test]

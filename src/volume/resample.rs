@@ -29,7 +29,7 @@ impl Volume {
             matches!((from.space, to.space), (Space::Lps, Space::Ras) | (Space::Ras, Space::Lps));
         let side = if is_turned { -1.0 } else { 1.0 };
         // The points are in the voxel frame of the other volume, whose spacing may differ.
-        let size = if is_same { from.spacing.map(|s| s / from.voxel()) } else { self.voxel_size() };
+        let size = if is_same { from.cell_size() } else { self.voxel_size() };
         let own_size = self.voxel_size();
         move |p| {
             let p = match is_same {
@@ -82,8 +82,8 @@ mod tests {
         let volume = ramp([9, 9, 9], mm(Unit::Mm, Space::Lps, [-8.0; 3], [2.0; 3]));
         let frame = mm(Unit::Cm, Space::Ras, [0.0; 3], [0.5, 1.0, 0.5]);
         let field = volume.field_in([3, 3, 3], &frame);
-        // At (5, 2.5, 5) mm in RAS: (-5, -2.5, 5) in LPS, sample (1.5, 2.75, 6.5).
-        assert!((field([1.0, 0.5, 1.0]) - (1.5 + 27.5 + 650.0)).abs() < 1e-9);
+        // At (5, 2.5, 5) mm in RAS: (-5, -2.5, 5) in LPS, sample (1.5, 2.75, 6.5). A cell of 1 cm is 1.5 voxels long.
+        assert!((field([1.0, 0.375, 1.0]) - (1.5 + 27.5 + 650.0)).abs() < 1e-9);
         assert!(field([3.0, 0.0, 0.0]).is_nan(), "(-15, 0, 0) mm is outside");
     }
 
@@ -92,7 +92,7 @@ mod tests {
         let volume = ramp([4, 4, 4], Placement::IDENTITY);
         let frame = Placement { spacing: [1.0, 1.0, 3.0], origin: [7.0; 3], ..Placement::IDENTITY };
         let field = volume.field_in([4, 4, 4], &frame);
-        assert!((field([1.0, 2.0, 4.5]) - (1.0 + 20.0 + 150.0)).abs() < 1e-9);
+        assert!((field([1.0, 2.0, 2.25]) - (1.0 + 20.0 + 150.0)).abs() < 1e-9);
         // The field ends half a cell beyond the border.
         assert!((field([-0.25, 0.0, 0.0])).abs() < 1e-9 && field([-0.6, 0.0, 0.0]).is_nan());
         // A volume of other dimensions keeps its placement.

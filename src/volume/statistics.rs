@@ -104,12 +104,13 @@ impl Tally {
         with_samples!(samples, s => self.add(s.iter().map(|&v| v.as_())));
     }
 
-    /// Both sums (i128), then index (u32) and count (u64) of each bin that is not empty; little endian.
+    /// Both sums (i128), then index (u32), count (u64) and largest value (f64) of each bin that is not empty; little endian.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = [self.sum, self.squares].map(i128::to_le_bytes).concat();
-        for (i, &n) in self.histogram.counts().iter().enumerate().filter(|bin| *bin.1 > 0) {
+        for (i, n, largest) in self.histogram.bins() {
             bytes.extend((i as u32).to_le_bytes());
             bytes.extend(n.to_le_bytes());
+            bytes.extend(largest.to_le_bytes());
         }
         bytes
     }
@@ -126,12 +127,13 @@ impl Tally {
         let [sum, squares] = [0, 16].map(|at| number(&sums[at..at + 16]) as i128);
         self.sum = self.sum.checked_add(sum).ok_or_else(wrong)?;
         self.squares = self.squares.checked_add(squares).ok_or_else(wrong)?;
-        let mut bins = bins.chunks(12).map(|bin| {
-            let (i, n) = bin.split_at_checked(4)?;
-            (n.len() == 8).then(|| (number(i) as usize, number(n) as u64))
-        });
-        bins.try_for_each(|bin| {
-            bin.filter(|&(i, n)| self.histogram.add_to(i, n)).ok_or_else(wrong).map(drop)
+        bins.chunks(20).try_for_each(|bin| {
+            if bin.len() < 20 {
+                return Err(wrong());
+            }
+            let (i, n) = (number(&bin[..4]) as usize, number(&bin[4..12]) as u64);
+            let largest = f64::from_bits(number(&bin[12..]) as u64);
+            if self.histogram.add_to(i, n, largest) { Ok(()) } else { Err(wrong()) }
         })
     }
 

@@ -130,8 +130,7 @@ pub(crate) fn sampled(
     spacing: [f64; 3],
     f: impl Fn([f64; 3]) -> f64,
 ) -> Arc<Volume> {
-    let unit = spacing[0].min(spacing[1]).min(spacing[2]);
-    let size = spacing.map(|s| s / unit);
+    let size = Placement { spacing, ..Placement::default() }.cell_size();
     let mut samples = Vec::new();
     for k in 0..dims[2] {
         for j in 0..dims[1] {

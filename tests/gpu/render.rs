@@ -43,7 +43,7 @@ fn the_silhouette_of_a_growing_sphere_has_the_radius_of_its_isovalue() {
 fn points_appear_where_a_projection_by_hand_puts_them() {
     let oblique = Placement {
         origin: [1e7, -300.0, 12.0],
-        spacing: [0.5, 0.5, 1.25],
+        spacing: [0.5, 0.5, 0.75],
         direction: [[0.0, 1.0, 0.0], [-0.8, 0.0, 0.6], [0.6, 0.0, 0.8]],
         ..Placement::default()
     };

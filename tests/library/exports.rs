@@ -253,8 +253,8 @@ fn empty_meshes_are_valid_files() {
 const ROUNDING: f32 = 128.0 / (1 << 23) as f32;
 
 #[test]
-fn the_world_is_origin_plus_direction_times_smallest_spacing_times_position() {
-    // Axes turned by 90 degrees about z; one voxel is the smallest spacing, along every axis.
+fn the_world_is_origin_plus_direction_times_spacing_over_cell_size_times_position() {
+    // Axes turned by 90 degrees about z. Along y a voxel is the smallest spacing; along x and z 1.5 voxels are a spacing.
     let placement = Placement {
         origin: [10.0, 20.0, 30.0],
         spacing: [2.0, 0.5, 4.0],
@@ -262,8 +262,12 @@ fn the_world_is_origin_plus_direction_times_smallest_spacing_times_position() {
         ..Placement::default()
     };
     let placed = place_in_world(mesh(), &placement);
-    let expected =
-        [[10.0, 20.0, 30.0], [10.0, 20.5, 30.0], [9.5, 20.0, 30.0], [10.0, 20.0, 30.0 + 0.5 / 3.0]];
+    let expected = [
+        [10.0, 20.0, 30.0],
+        [10.0, 20.0 + 2.0 / 1.5, 30.0],
+        [9.5, 20.0, 30.0],
+        [10.0, 20.0, 30.0 + 4.0 / 4.5],
+    ];
     let file = bytes(&mesh(), &placement, Border::Closed, Format::Ply);
     let written = parse_ply(&file).expect("valid").positions;
     for ((found, around), expected) in written.iter().zip(&placed.positions).zip(expected) {
@@ -273,7 +277,10 @@ fn the_world_is_origin_plus_direction_times_smallest_spacing_times_position() {
             assert!((again - expected[i]).abs() <= f64::from(ROUNDING), "{around:?}");
         }
     }
-    assert_eq!(placed.normals[0], [0.0, 0.6, 0.8]);
+    // The plane 0.6 x + 0.8 z = 0 of the voxel frame: 0.6 / (2 / 1.5) and 0.8 / (4 / 1.5) along the axes, which is 3 to 2.
+    let [x, y, z] = placed.normals[0].map(f64::from);
+    let length = 13f64.sqrt();
+    assert!(x == 0.0 && (y - 3.0 / length).abs() < 1e-6 && (z - 2.0 / length).abs() < 1e-6);
     assert_eq!(placed.triangles, mesh().triangles, "a rotation keeps the orientation");
 }
 

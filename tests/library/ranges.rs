@@ -8,8 +8,8 @@ use crate::common::random::Random;
 use crate::common::spectra::{assert_topology, in_grey_levels, phantom_volume, swept, swept_with};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::unstable::topology::exact::ExactField;
-use isospectrum::volume::{Outside, ReadOptions, Volume, phantom, read_volume};
-use isospectrum::{Error, Parameters};
+use isospectrum::volume::{Outside, Placement, ReadOptions, Samples, Volume, phantom, read_volume};
+use isospectrum::{Counts, Error, Parameters};
 
 fn swept_over(volume: &Arc<Volume>, range: (f64, f64)) -> Spectrum {
     let spectrum = swept_with(volume, &Parameters::default().with_range(Some(range)));
@@ -114,4 +114,20 @@ mod real_volumes {
         assert!(n > 1000, "{n} triangles");
         assert!(matches!(spectrum.mesh_at(110.5), Err(Error::Range { .. })));
     }
+}
+
+#[test]
+fn a_range_far_from_an_outlier_takes_no_more_steps_than_its_shortest_allow() {
+    let noise = phantom_volume("noise:6");
+    let mut samples: Vec<f64> = noise.values().collect();
+    let (low, high) = noise.range();
+    samples[0] = low + 1e4 * (high - low);
+    let volume = Volume::new("outlier", noise.dims(), Samples::F64(samples), Placement::default());
+    let volume = Arc::new(volume.expect("a valid volume"));
+    let at = |share: f64| low + share * (high - low);
+    let spectrum = swept_over(&volume, (at(0.4), at(0.6)));
+    let steps = Counts::of(&spectrum).expect("counted").steps;
+    // 64 of the shortest steps cover the range; each direction ends with a shorter one.
+    assert!(steps < 2 * 64, "{steps} steps");
+    check_at(&volume, &spectrum, at(0.53));
 }

@@ -144,6 +144,28 @@ fn a_flat_isosurface_of_large_faces_is_followed_in_steps_that_do_not_shrink() {
 }
 
 #[test]
+fn a_long_spacing_makes_no_other_mesh() {
+    let noise = phantom_volume("noise:8:3");
+    let spaced = |z: f64| {
+        let placement = Placement { spacing: [0.5, 0.5, z], ..Placement::default() };
+        let volume = Volume::new("v", noise.dims(), noise.samples().clone(), placement);
+        let volume = Arc::new(volume.expect("a valid volume"));
+        let spectrum = swept(&volume);
+        check(&volume, &spectrum);
+        spectrum
+    };
+    let (short, long) = (spaced(0.75), spaced(50.0));
+    assert_eq!(short.triangles(), long.triangles());
+    assert_eq!(short.knots(), long.knots());
+    // The file says in which frame the positions are.
+    let bytes = file::to_bytes(&long).expect("valid");
+    assert_eq!(bytes[8..12], 2u32.to_le_bytes());
+    let read = file::from_bytes(&bytes).expect("just written");
+    let other = file::to_bytes(&short).and_then(|bytes| file::from_bytes(&bytes));
+    assert_eq!(read.knots(), other.expect("just written").knots());
+}
+
+#[test]
 fn a_smooth_field_in_few_grey_levels_has_the_counted_topology() {
     for seed in 1..=3 {
         let smooth = phantom_volume(&format!("noise:12:{seed}"));

@@ -74,7 +74,10 @@ fn write_text(svg: &mut String, x: f64, y: f64, anchor: &str, text: &str) {
     let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>");
 }
 
+/// Escapes text for an element. XML has no control characters, nor U+FFFE and U+FFFF.
 fn escaped(text: &str) -> String {
+    let is_xml = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    let text: String = text.chars().map(|c| if is_xml(c) { c } else { '\u{fffd}' }).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
@@ -92,8 +95,9 @@ mod tests {
             area: x * x,
             enclosed_volume: x,
         };
-        let picture = svg("a<b", &[curve(0.0), curve(1.0), curve(2.0)]);
-        assert!(picture.contains("a&lt;b"));
+        let name = "a<b\u{1}\u{85}\u{ffff}\t";
+        let picture = svg(name, &[curve(0.0), curve(1.0), curve(2.0)]);
+        assert!(picture.contains(">a&lt;b\u{fffd}\u{fffd}\u{fffd}\u{fffd}<"));
         let lines: Vec<&str> = picture.split("points=\"").skip(1).collect();
         assert_eq!(lines.len(), PANELS.len());
         for line in lines {

@@ -2,9 +2,9 @@
 
 use isospectrum::Forecast;
 use isospectrum::Parameters;
+use isospectrum::Prepared;
 use isospectrum::Progress as _;
-use isospectrum::bricks::{Plan, SIDE, Strategy, Survey, VolumeSource, is_divisible};
-use isospectrum::{Noise, Prepared};
+use isospectrum::bricks::{Plan, SIDE, Strategy, Survey, VolumeSource, is_divisible, side_within};
 
 use crate::cli::bricks::InBricks;
 use crate::cli::budget::{BudgetArguments, Limit};
@@ -47,7 +47,8 @@ impl Request<'_> {
     pub(super) fn way(&self) -> anyhow::Result<Way> {
         let limit = self.budget.limit();
         if self.brick.is_some() || self.is_folder {
-            return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None)?)));
+            let side = self.brick.unwrap_or(SIDE);
+            return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None, side)?)));
         }
         let source = self.volume.source()?;
         if self.is_plain()
@@ -56,7 +57,9 @@ impl Request<'_> {
             let beyond = limit.and_then(|l| l.beyond(Forecast::least_memory(dims)));
             let parameters = self.parameters.settings().parameters;
             if let Some(why) = beyond.filter(|_| is_divisible(dims, &parameters)) {
-                return Ok(Way::Bricks(Box::new(self.in_bricks(limit, Some(why))?)));
+                let memory = limit.map_or(f64::INFINITY, |limit| limit.bytes);
+                let side = side_within(dims, Forecast::least_memory(dims), memory);
+                return Ok(Way::Bricks(Box::new(self.in_bricks(limit, Some(why), side)?)));
             }
         }
         self.read_as_a_whole(&source, limit)
@@ -78,18 +81,19 @@ impl Request<'_> {
         bar.report(0.0, "estimating the size");
         let strategy = Strategy::choose(&prepared, &parameters, limit.map(|limit| limit.bytes))?;
         drop(bar);
-        let expected_memory = match strategy {
+        let (expected_memory, side) = match strategy {
             Strategy::Whole(forecast) => {
                 self.budget.check(volume.name(), &forecast)?;
                 return Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })));
             }
-            Strategy::Bricks { expected_memory } => expected_memory,
+            Strategy::Bricks { expected_memory, side } => (expected_memory, side),
         };
         let why = limit.and_then(|limit| limit.beyond(expected_memory));
         // Samples that can be read again need not stay in memory.
         let of_file = if self.is_plain() { Survey::of_file(source)? } else { None };
         let survey = of_file.unwrap_or_else(|| Survey::of(prepared));
-        let bricks = self.planned(source.clone(), survey, noise, &parameters, limit, why)?;
+        let plan = Plan::new(source.clone(), &survey, noise, &parameters, side)?;
+        let bricks = self.bounded(plan, survey, limit, why);
         Ok(Way::Bricks(Box::new(bricks)))
     }
 
@@ -98,26 +102,27 @@ impl Request<'_> {
         self.preparation.is_none() && self.simplify.settings().is_none()
     }
 
-    fn in_bricks(&self, limit: Option<Limit>, why: Option<String>) -> anyhow::Result<InBricks> {
+    fn in_bricks(
+        &self,
+        limit: Option<Limit>,
+        why: Option<String>,
+        side: usize,
+    ) -> anyhow::Result<InBricks> {
         let source = self.volume.source()?;
         let (survey, noise) = plan::survey(&source, self.volume, self.preparation, self.simplify)?;
         let parameters =
             self.parameters.settings().resolve(survey.info().range, survey.samples())?;
-        self.planned(source, survey, noise, &parameters, limit, why)
+        let plan = Plan::new(source, &survey, noise, &parameters, side)?;
+        Ok(self.bounded(plan, survey, limit, why))
     }
 
-    fn planned(
+    fn bounded(
         &self,
-        source: VolumeSource,
+        plan: Plan,
         survey: Survey,
-        noise: Noise,
-        parameters: &Parameters,
         limit: Option<Limit>,
         why: Option<String>,
-    ) -> anyhow::Result<InBricks> {
-        let side = self.brick.unwrap_or(SIDE);
-        let plan = Plan::new(source, &survey, noise, parameters, side)?;
-        let triangles = self.budget.max_triangles();
-        Ok(InBricks { plan, survey, limit, triangles, why })
+    ) -> InBricks {
+        InBricks { plan, survey, limit, triangles: self.budget.max_triangles(), why }
     }
 }

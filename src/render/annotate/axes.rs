@@ -28,7 +28,7 @@ impl Canvas<'_> {
         let colors = if background == Background::Dark { ON_DARK } else { ON_LIGHT };
         let distance = CENTER_DISTANCE * self.font_size;
         let center = [self.image.width as f32 - distance, distance];
-        let world = DMat3::from_cols_array_2d(&placement.direction);
+        let world = DMat3::from_cols_array_2d(&placement.axes());
         let eye_from_world = DMat3::from_mat4(projection.eye_from_voxel) * world.inverse();
         let mut axes = [0, 1, 2].map(|i| (i, eye_from_world.col(i).normalize()));
         axes.sort_by(|(_, a), (_, b)| a.z.total_cmp(&b.z));

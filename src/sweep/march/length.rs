@@ -25,9 +25,13 @@ const MAJOR_SHARE: f64 = 0.25;
 /// A step is shortened if more failures occur than this share of the number of faces.
 const TOO_LONG_SHARE: f64 = 0.03;
 
-/// Length of the shortest step, as a share of the range, and in grey levels for integer samples.
+/// Length of the shortest step, as a share of the range of the samples, and in grey levels for integer samples. It does not follow
+/// from the range of the sweep: a part of a range must not take more steps than the whole.
 const MIN_STEP_SHARE: f64 = 1e-4;
 const MIN_STEP_LEVELS: f64 = 0.125;
+
+/// Number of shortest steps in a range at least, for samples with an outlier far beyond the range.
+const MIN_SHORT_STEPS: f64 = 64.0;
 
 /// The isovalue that a sweep starts from: half of the work is on either side. For integer samples it is between two integers.
 pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
@@ -76,12 +80,20 @@ impl March<'_, '_> {
     }
 
     pub(super) fn length_for(&self, slope: f32) -> f64 {
-        let (low, high) = self.sweep.range;
+        let (least, largest) = self.exact().volume().range();
         let length = f64::from(STEP_LENGTH * slope) / self.field().scale();
-        let shortest = (MIN_STEP_SHARE * (high - low)).max(MIN_STEP_LEVELS * self.level());
-        // A range of less than half a grey level is shorter than four of the shortest steps.
-        let longest = (high - low) / 4.0;
+        let shortest = self.shortest_step().max(MIN_STEP_LEVELS * self.level());
+        // A quarter of all values may be less than half a grey level.
+        let longest = (largest - least) / 4.0;
         length.clamp(shortest.min(longest), longest)
+    }
+
+    /// Length of the shortest step, whatever the type of the samples.
+    fn shortest_step(&self) -> f64 {
+        let (low, high) = self.sweep.range;
+        let (least, largest) = self.exact().volume().range();
+        let share = MIN_STEP_SHARE * (largest - least);
+        share.min((high - low) / MIN_SHORT_STEPS).max(MIN_STEP_SHARE * (high - low))
     }
 
     /// The next sampling isovalue.
@@ -144,9 +156,8 @@ impl March<'_, '_> {
 
     /// Whether a step must not be shortened.
     pub(super) fn is_short(&self, step: Step) -> bool {
-        let (low, high) = self.sweep.range;
         // Within a grey level no sample is crossed, but the surface comes near samples of both levels.
-        (step.next - step.at).abs() <= self.level().max(MIN_STEP_SHARE * (high - low))
+        (step.next - step.at).abs() <= self.level().max(self.shortest_step())
             || Self::is_shortest(step)
     }
 
