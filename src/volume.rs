@@ -11,12 +11,15 @@
 //! All geometry inside the library is in the voxel frame, so lengths are metric also where the
 //! spacing is anisotropic; exports are in the world frame. There the axes need not be perpendicular ([`Placement`]).
 
+mod bits;
 mod block;
 mod cube;
 mod data_error;
 mod decode;
+mod decoder_panic;
 #[cfg(feature = "dicom")]
 mod dicom;
+mod dx;
 mod format;
 mod grid;
 mod histogram;
@@ -48,6 +51,7 @@ mod slabs;
 mod statistics;
 mod stream;
 mod text;
+mod text_grid;
 #[cfg(feature = "tiff")]
 mod tiff;
 #[cfg(feature = "xml")]
@@ -56,6 +60,7 @@ mod vtk;
 
 pub use block::WholeVolume;
 pub(crate) use block::crop_samples;
+pub use decoder_panic::is_decoding;
 pub use format::is_volume_name;
 pub use grid::{BlockPosition, Outside, Volume};
 pub(crate) use grid::{check_grid, check_range};
@@ -77,7 +82,7 @@ pub use placement::{Placement, Space, Unit};
 pub use prepare::Preparation;
 pub use raw::parse_raw_name;
 pub use read::{files_of, read_volume};
-pub use read_options::ReadOptions;
+pub use read_options::{ReadOptions, SliceAxis};
 pub(crate) use samples::with_samples;
 pub use samples::{Samples, replace_not_finite};
 pub use slabs::Slabs;

@@ -21,10 +21,21 @@ pub(super) enum NrrdEncoding {
     Gzip,
 }
 
+/// The axis of a 4-D array that is not one of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FourthAxis {
+    /// Its number of entries.
+    pub(super) n: usize,
+    /// Whether it is the fastest, so that the entries of a sample are adjacent; else it is the slowest.
+    pub(super) is_fastest: bool,
+}
+
 /// The header of a NRRD file.
 #[derive(Debug)]
 pub(super) struct NrrdHeader {
+    /// Along the axes of space.
     pub(super) dims: [usize; 3],
+    pub(super) fourth: Option<FourthAxis>,
     pub(super) sample_type: SampleType,
     pub(super) big_endian: bool,
     pub(super) encoding: NrrdEncoding,
@@ -45,11 +56,7 @@ pub(super) struct NrrdHeader {
 /// A description without the name of the file.
 pub(super) fn parse(reader: &mut impl BufRead) -> Result<NrrdHeader, String> {
     let fields = NrrdFields::read(reader)?;
-    let dimension: usize = fields.number("dimension")?.ok_or("no 'dimension' field")?;
-    if dimension != 3 {
-        return Err(format!("'dimension' is {dimension}, expected 3"));
-    }
-    let dims = fields.three::<usize>("sizes")?.ok_or("no 'sizes' field")?;
+    let (fields, dims, fourth) = axes(fields)?;
     let type_name = fields.get("type").ok_or("no 'type' field")?;
     let sample_type = type_from_name(type_name)
         .ok_or_else(|| format!("type '{type_name}', expected a scalar number type"))?;
@@ -61,22 +68,123 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<NrrdHeader, String> {
         None if sample_type.n_bytes() == 1 || encoding == NrrdEncoding::Text => false,
         None => return Err(format!("no 'endian' field, which {sample_type} needs")),
     };
-    check_kinds(&fields)?;
     Ok(NrrdHeader {
         dims,
+        fourth,
         sample_type,
         big_endian,
         encoding,
-        data_files: data_files(&fields, dims[2])?,
+        data_files: data_files(&fields, dims[2], fourth)?,
         line_skip: fields.number("line skip")?.unwrap_or(0),
         byte_skip: match fields.number::<i64>("byte skip")?.unwrap_or(0) {
-            -1 if encoding == NrrdEncoding::Raw => None,
+            // By the definition for raw samples only; of compressed ones, the decompressed end is meant.
+            -1 if encoding != NrrdEncoding::Text => None,
             n => Some(u64::try_from(n).map_err(|_| {
-                format!("'byte skip' is {n}, expected 0 or more (or -1 with encoding raw)")
+                format!("'byte skip' is {n}, expected 0 or more (or -1 with encoding raw or gzip)")
             })?),
         },
         placement: placement(&fields, dims)?,
     })
+}
+
+/// Fields with a value for each axis.
+const PER_AXIS: [&str; 9] = [
+    "sizes",
+    "kinds",
+    "spacings",
+    "axis mins",
+    "axis maxs",
+    "centers",
+    "units",
+    "thicknesses",
+    "space directions",
+];
+
+/// The fields without the values of an axis that is not one of space, the number of samples along the others, and that axis.
+fn axes(mut fields: NrrdFields) -> Result<(NrrdFields, [usize; 3], Option<FourthAxis>), String> {
+    let dimension: usize = fields.number("dimension")?.ok_or("no 'dimension' field")?;
+    match dimension {
+        3 => {
+            check_kinds(&fields)?;
+            let dims = fields.three::<usize>("sizes")?.ok_or("no 'sizes' field")?;
+            Ok((fields, dims, None))
+        }
+        4 => {
+            let text = fields.get("sizes").ok_or("no 'sizes' field")?;
+            let sizes: [usize; 4] = exactly(text)
+                .ok_or_else(|| format!("'sizes' is '{}', expected 4 numbers", shortened(text)))?;
+            let at = fourth_axis(&fields)?;
+            let is_fastest = match at {
+                0 => true,
+                3 => false,
+                _ => {
+                    return Err(format!(
+                        "axis {at} is not of space, expected the first or the last"
+                    ));
+                }
+            };
+            for name in PER_AXIS {
+                if let Some(text) = fields.0.get_mut(name) {
+                    *text = without_value(text, at);
+                }
+            }
+            check_kinds(&fields)?;
+            let dims = fields.three::<usize>("sizes")?.ok_or("no 'sizes' field")?;
+            Ok((fields, dims, Some(FourthAxis { n: sizes[at], is_fastest })))
+        }
+        _ => Err(format!("'dimension' is {dimension}, expected 3, or 4 with --frame or --channel")),
+    }
+}
+
+/// The axis of a 4-D array that is not one of space: that without a direction, or of another kind; without either the last.
+fn fourth_axis(fields: &NrrdFields) -> Result<usize, String> {
+    let directions = values(fields.get("space directions").unwrap_or_default());
+    let without: Vec<usize> =
+        (0..directions.len()).filter(|&a| !directions[a].starts_with('(')).collect();
+    let kinds = values(fields.get("kinds").unwrap_or_default());
+    let is_space = |kind: &str| matches!(kind.to_ascii_lowercase().as_str(), "domain" | "space");
+    let others: Vec<usize> = (0..kinds.len()).filter(|&a| !is_space(&kinds[a])).collect();
+    match (&without[..], &others[..]) {
+        (&[axis], _) if directions.len() == 4 => Ok(axis),
+        (_, &[axis]) if kinds.len() == 4 => Ok(axis),
+        ([], [] | [_, _, _, _]) if directions.is_empty() => Ok(3),
+        _ => Err("axes of a 4-D array, expected three of space".to_owned()),
+    }
+}
+
+/// The values of a field: words, vectors in parentheses, and texts in quotes.
+fn values(text: &str) -> Vec<String> {
+    let (mut all, mut value) = (Vec::new(), String::new());
+    let (mut is_vector, mut is_quoted) = (false, false);
+    for c in text.chars() {
+        match c {
+            '(' => is_vector = true,
+            ')' => is_vector = false,
+            '"' => is_quoted = !is_quoted,
+            _ => {}
+        }
+        let is_space = c.is_whitespace();
+        let is_new = c == '(' && !value.is_empty();
+        if (is_space && !is_vector && !is_quoted || is_new) && !value.is_empty() {
+            all.push(std::mem::take(&mut value));
+        }
+        if !is_space || is_quoted {
+            value.push(c);
+        }
+    }
+    if !value.is_empty() {
+        all.push(value);
+    }
+    all
+}
+
+/// A field without the value of an axis.
+fn without_value(text: &str, axis: usize) -> String {
+    let mut all = values(text);
+    if axis < all.len() {
+        all.remove(axis);
+    }
+    all.join(" ")
 }
 
 /// The fields of a header by name, in lower case and with the spaces of the definition, and the lines of a list of files.
@@ -149,7 +257,8 @@ impl NrrdFields {
 
 /// The type for every name of the definition; `block` is not a number.
 fn type_from_name(name: &str) -> Option<SampleType> {
-    Some(match name {
+    let name = name.to_ascii_lowercase();
+    Some(match name.split_whitespace().collect::<Vec<_>>().join(" ").as_str() {
         "signed char" | "int8" | "int8_t" => SampleType::I8,
         "uchar" | "unsigned char" | "uint8" | "uint8_t" => SampleType::U8,
         "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
@@ -192,8 +301,21 @@ fn is_list(value: &str) -> bool {
 
 /// The data files: one, a list, or a pattern with first number, last number and step. Each has one slice, or the same
 /// number of slices if the field gives them 3 axes.
-fn data_files(fields: &NrrdFields, n_slices: usize) -> Result<Vec<String>, String> {
+fn data_files(
+    fields: &NrrdFields,
+    n_slices: usize,
+    fourth: Option<FourthAxis>,
+) -> Result<Vec<String>, String> {
     let Some(value) = fields.get("data file") else { return Ok(Vec::new()) };
+    // Files follow each other along the slowest axis.
+    if let Some(FourthAxis { n, is_fastest: false }) = fourth {
+        let files = data_files(fields, n, None)?;
+        return match files.len() {
+            1 => Ok(files),
+            n_files if n_files == n => Ok(files),
+            n_files => Err(format!("{n_files} data files, expected one, or {n} of a volume each")),
+        };
+    }
     let words: Vec<&str> = value.split_whitespace().collect();
     let (n_axes, n_files, files) = match &words[..] {
         ["LIST"] => ("2", fields.1.len(), fields.1.clone()),
@@ -208,6 +330,12 @@ fn data_files(fields: &NrrdFields, n_slices: usize) -> Result<Vec<String>, Strin
             (rest.first().copied().unwrap_or("2"), files.len(), files)
         }
         _ => return Ok(vec![value.to_owned()]),
+    };
+    // A sample of several numbers adds an axis to each file.
+    let n_axes = match (fourth, n_axes) {
+        (Some(_), "3") => "2",
+        (Some(_), "4") => "3",
+        (_, n_axes) => n_axes,
     };
     let fits = match n_axes {
         "2" => n_files == n_slices,
@@ -257,9 +385,11 @@ fn placement(fields: &NrrdFields, dims: [usize; 3]) -> Result<Placement, String>
         };
     }
     placement.unit = unit(fields);
+    let placement = placement.with_positive_spacing();
     Ok(match space {
         NrrdSpace::Patient(space) => placement.of_patient(space),
         NrrdSpace::LeftAnterior => {
+            let mut placement = placement;
             placement.origin[0] *= -1.0;
             placement.direction.iter_mut().for_each(|axis| axis[0] *= -1.0);
             placement.of_patient(Space::Ras)

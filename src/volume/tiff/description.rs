@@ -1,73 +1,146 @@
 //! The description of a TIFF file's first page: OME-XML, the lines of ImageJ, or anything.
 
+mod imagej;
+mod ome;
+
 use std::io;
 
-use quick_xml::events::{BytesStart, Event};
-
+use super::planes::{MappedPages, PlaneOrder, map_pages};
 use crate::volume::data_error::invalid;
 use crate::volume::placement::Unit;
-use crate::volume::text::shortened;
+
+/// Who wrote a description.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Writer {
+    #[default]
+    Other,
+    ImageJ,
+    Ome,
+}
 
 /// Pages and spacing by the description.
 #[derive(Debug, Default)]
 pub(super) struct Described {
-    /// Whether it is OME-XML or of ImageJ.
-    pub(super) is_any: bool,
-    pub(super) is_imagej: bool,
-    /// Number of pages.
-    pub(super) n_pages: Option<usize>,
-    n_channels: usize,
-    n_frames: usize,
-    /// The fastest of Z, C and T first.
-    axes: [char; 3],
+    pub(super) writer: Writer,
+    /// Number of pages, if all belong to the image.
+    n_pages: Option<usize>,
+    /// Slices, channels and frames; without a description all pages are slices. ImageJ gives no number of slices.
+    order: Option<PlaneOrder>,
+    /// The pages of planes in OME-XML; without any they follow each other.
+    mapped: Vec<MappedPages>,
+    /// Whether planes of the image are in other files.
+    is_in_parts: bool,
     /// Along x, y, z.
     pub(super) spacing: [Option<f64>; 3],
     pub(super) unit: Unit,
+    /// Slope and intercept from stored to measured values, for integers without a sign.
+    pub(super) calibration: Option<(f64, f64)>,
+    /// The file with the OME-XML, if it is another one.
+    pub(super) metadata_file: Option<String>,
 }
 
-/// The order of slices, channels and frames among the pages.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PageOrder {
-    pub(super) n_slices: usize,
-    pub(super) n_channels: usize,
-    pub(super) n_frames: usize,
-    axes: [char; 3],
+/// The page of each slice, channel and frame.
+#[derive(Debug)]
+pub(super) struct Planes {
+    pub(super) order: PlaneOrder,
+    pages: Pages,
 }
 
-impl PageOrder {
-    /// The index of a page.
-    pub(super) fn page(&self, channel: usize, slice: usize, frame: usize) -> usize {
-        let mut page = 0;
-        for axis in self.axes.iter().rev() {
-            let (at, of) = match axis {
-                'C' => (channel, self.n_channels),
-                'T' => (frame, self.n_frames),
-                _ => (slice, self.n_slices),
-            };
-            page = page * of + at;
-        }
-        page
+#[derive(Debug)]
+enum Pages {
+    /// Of all pages without thumbnails, in the order of planes.
+    InOrder(Vec<usize>),
+    /// Contiguous pages, which have one directory.
+    Contiguous,
+    /// By plane.
+    Mapped(std::collections::BTreeMap<usize, usize>),
+}
+
+impl Planes {
+    /// The page of a plane.
+    ///
+    /// # Errors
+    ///
+    /// `InvalidData` if the description maps none to it.
+    pub(super) fn page(&self, channel: usize, slice: usize, frame: usize) -> io::Result<usize> {
+        let plane = self.order.index(channel, slice, frame);
+        let page = match &self.pages {
+            Pages::InOrder(pages) => pages.get(plane).copied(),
+            Pages::Contiguous => Some(plane),
+            Pages::Mapped(pages) => pages.get(&plane).copied(),
+        };
+        page.ok_or_else(|| {
+            invalid(format!(
+                "no page for slice {slice}, channel {channel}, frame {frame} in the OME-XML"
+            ))
+        })
+    }
+
+    /// Whether one directory stands for all pages.
+    pub(super) fn is_contiguous(&self) -> bool {
+        matches!(self.pages, Pages::Contiguous)
     }
 }
 
 impl Described {
-    /// The order of `n_pages` pages.
+    /// The pages of all planes: `pages` are those of full resolution among `n_pages`, with `n_colours` numbers per pixel.
     ///
     /// # Errors
     ///
-    /// `InvalidData` if channels and frames do not divide them, or the description has another number.
-    pub(super) fn order(&self, n_pages: usize) -> io::Result<PageOrder> {
-        let (n_channels, n_frames) = (self.n_channels.max(1), self.n_frames.max(1));
-        let each = n_channels.saturating_mul(n_frames);
-        if !n_pages.is_multiple_of(each) || self.n_pages.is_some_and(|n| n != n_pages) {
-            let in_all = self.n_pages.map_or(String::new(), |n| format!(", {n} in all"));
-            return Err(invalid(format!(
-                "{n_pages} pages, expected {n_channels} channels of {n_frames} frames{in_all} by the description (files in several parts are not supported)"
-            )));
+    /// `InvalidData` if channels and frames do not divide the pages, or the description has another number.
+    pub(super) fn planes(
+        &self,
+        pages: Vec<usize>,
+        n_pages: usize,
+        n_colours: usize,
+    ) -> io::Result<Planes> {
+        let n = pages.len();
+        let Some(mut order) = self.order else {
+            let (axes, n_slices) = (['Z', 'C', 'T'], n);
+            let order = PlaneOrder { n_slices, n_channels: 1, n_frames: 1, axes };
+            return Ok(Planes { order, pages: Pages::InOrder(pages) });
+        };
+        if self.writer == Writer::ImageJ {
+            let n_images = self.n_pages.unwrap_or(1);
+            let is_contiguous = n_pages == 1 && n_images > 1;
+            let n = if is_contiguous { n_images } else { n };
+            let each = order.n_channels.saturating_mul(order.n_frames);
+            if n != n_images || !n.is_multiple_of(each) {
+                return Err(wrong_number(n, &order, Some(n_images)));
+            }
+            order.n_slices = n / each;
+            let pages = if is_contiguous { Pages::Contiguous } else { Pages::InOrder(pages) };
+            return Ok(Planes { order, pages });
         }
-        let axes = if self.is_any { self.axes } else { ['Z', 'C', 'T'] };
-        Ok(PageOrder { n_slices: n_pages / each, n_channels, n_frames, axes })
+        // Colours of a page are channels of the image.
+        if order.n_channels.is_multiple_of(n_colours) {
+            order.n_channels /= n_colours;
+        }
+        if self.mapped.is_empty() {
+            if self.is_in_parts || n != order.n_planes() {
+                return Err(wrong_number(n, &order, Some(order.n_planes())));
+            }
+            return Ok(Planes { order, pages: Pages::InOrder(pages) });
+        }
+        let mut mapped = self.mapped.clone();
+        for one in &mut mapped {
+            // Some writers count colours as channels.
+            if one.first[1] >= order.n_channels {
+                one.first[1] /= n_colours;
+            }
+        }
+        let pages = Pages::Mapped(map_pages(order, &mapped, n_pages)?);
+        Ok(Planes { order, pages })
     }
+}
+
+/// The error for a number of pages that is not that of the description.
+fn wrong_number(n: usize, order: &PlaneOrder, expected: Option<usize>) -> io::Error {
+    let in_all = expected.map_or(String::new(), |n| format!(", {n} in all"));
+    invalid(format!(
+        "{n} pages, expected {} channels of {} frames{in_all} by the description (files in several parts are not supported)",
+        order.n_channels, order.n_frames
+    ))
 }
 
 /// Reads a description.
@@ -75,109 +148,20 @@ impl Described {
 /// # Errors
 ///
 /// `InvalidData` for damaged OME-XML.
-pub(super) fn read(text: &str) -> io::Result<Described> {
+pub(super) fn read(bytes: &[u8]) -> io::Result<Described> {
+    let text = text(bytes);
     if text.starts_with("ImageJ=") {
-        return Ok(of_imagej(text));
+        return Ok(imagej::read(&text));
     }
-    if text.contains("<OME") { of_ome(text) } else { Ok(Described::default()) }
+    if text.contains("<OME") { ome::read(&text) } else { Ok(Described::default()) }
 }
 
-fn of_imagej(text: &str) -> Described {
-    let find = |key: &str| {
-        let mut lines = text.lines().filter_map(|line| line.split_once('='));
-        lines.find(|(name, _)| *name == key).map(|(_, value)| value.trim())
-    };
-    let count = |key: &str| find(key).and_then(|n| n.parse().ok()).filter(|&n: &usize| n > 0);
-    let spacing = find("spacing").and_then(|s| s.parse::<f64>().ok()).map(f64::abs);
-    Described {
-        is_any: true,
-        is_imagej: true,
-        n_pages: Some(count("images").unwrap_or(1)),
-        n_channels: count("channels").unwrap_or(1),
-        n_frames: count("frames").unwrap_or(1),
-        axes: ['C', 'Z', 'T'],
-        spacing: [None, None, spacing],
-        unit: find("unit").and_then(Unit::from_name).unwrap_or_default(),
-    }
-}
-
-fn of_ome(text: &str) -> io::Result<Described> {
-    let mut reader = quick_xml::Reader::from_str(text);
-    loop {
-        let event = reader
-            .read_event()
-            .map_err(|e| invalid(format!("OME-XML: {}", shortened(&e.to_string()))))?;
-        match event {
-            Event::Start(tag) | Event::Empty(tag) if tag.local_name().as_ref() == "Pixels" => {
-                return of_pixels(&tag);
-            }
-            Event::Eof => return Err(invalid("OME-XML without Pixels")),
-            _ => {}
-        }
-    }
-}
-
-/// The element of the first image.
-fn of_pixels(tag: &BytesStart<'_>) -> io::Result<Described> {
-    let find = |name: &str| {
-        let found = tag.try_get_attribute(name).ok().flatten()?;
-        quick_xml::escape::unescape(&found.value).ok().map(|value| value.into_owned())
-    };
-    let count = |name: &str| {
-        let text = find(name).unwrap_or_else(|| "1".to_owned());
-        let n = text.parse().ok().filter(|n: &usize| (1..=1 << 20).contains(n));
-        n.ok_or_else(|| {
-            invalid(format!("OME-XML: {name} '{}', expected a count", shortened(&text)))
-        })
-    };
-    let order = find("DimensionOrder").unwrap_or_default();
-    let axes: Option<[char; 3]> =
-        order.strip_prefix("XY").and_then(|rest| rest.chars().collect::<Vec<_>>().try_into().ok());
-    let axes = axes.filter(|axes| ['Z', 'C', 'T'].iter().all(|axis| axes.contains(axis)));
-    let axes = axes.ok_or_else(|| {
-        invalid(format!("OME-XML: DimensionOrder '{}', expected e.g. XYZCT", shortened(&order)))
-    })?;
-    let unit_of = |name: &str| match find(&format!("{name}Unit")) {
-        None => Unit::Um,
-        Some(unit) => Unit::from_name(&unit).unwrap_or_default(),
-    };
-    let names = ["PhysicalSizeX", "PhysicalSizeY", "PhysicalSizeZ"];
-    let unit = unit_of(names[0]);
-    let spacing = names.map(|name| {
-        let size: f64 = find(name)?.parse().ok()?;
-        // All in the unit of the first.
-        match (unit_of(name).in_mm(), unit.in_mm()) {
-            (Some(a), Some(b)) if a != b => Some(size * a / b),
-            _ => Some(size),
-        }
-    });
-    let (n_slices, n_frames) = (count("SizeZ")?, count("SizeT")?);
-    // Colours of one page are channels of the image.
-    let n_channels = count("SizeC")?;
-    Ok(Described {
-        is_any: true,
-        is_imagej: false,
-        n_pages: None,
-        n_channels: if channels_are_colours(n_channels, tag) { 1 } else { n_channels },
-        n_frames,
-        axes,
-        spacing,
-        unit: if spacing.iter().any(Option::is_some) { unit } else { Unit::Unknown },
-    }
-    .of(n_slices))
-}
-
-/// Whether the channels are colours of each page.
-fn channels_are_colours(n_channels: usize, tag: &BytesStart<'_>) -> bool {
-    let interleaved = tag.try_get_attribute("Interleaved").ok().flatten();
-    n_channels > 1 && interleaved.is_some_and(|value| value.value == "true")
-}
-
-impl Described {
-    /// With the number of pages that follows from that of slices.
-    fn of(mut self, n_slices: usize) -> Self {
-        self.n_pages =
-            n_slices.checked_mul(self.n_channels).and_then(|n| n.checked_mul(self.n_frames));
-        self
+/// The text of a description, which ends at the first zero: UTF-8, or else Latin-1, in which Java programs write a micro sign.
+fn text(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
+    let bytes = &bytes[..end];
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
     }
 }
