@@ -16,6 +16,7 @@ mod block;
 mod cube;
 mod data_error;
 mod decode;
+#[cfg(any(feature = "dicom", feature = "tiff"))]
 mod decoder_panic;
 #[cfg(feature = "dicom")]
 mod dicom;
@@ -60,6 +61,7 @@ mod vtk;
 
 pub use block::WholeVolume;
 pub(crate) use block::crop_samples;
+#[cfg(any(feature = "dicom", feature = "tiff"))]
 pub use decoder_panic::is_decoding;
 pub use format::is_volume_name;
 pub use grid::{BlockPosition, Outside, Volume};

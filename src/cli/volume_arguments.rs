@@ -19,7 +19,7 @@ use super::kind::{self, Kind};
 pub(super) struct VolumeArguments {
     /// Volume file, or folder of DICOM or slices
     ///
-    /// Formats: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, .dcm; a folder of DICOM files, or of
+    /// Formats: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .dx, .npy, .dcm; a folder of DICOM files, or of
     /// numbered .tif or .png slices; .raw with dimensions and sample type in its name (name_128x128x128_uint8.raw), in
     /// flags, or in a header next to it.
     #[arg(required_unless_present = "phantom", conflicts_with = "phantom")]

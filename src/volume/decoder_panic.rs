@@ -21,7 +21,6 @@ pub fn is_decoding() -> bool {
 /// # Errors
 ///
 /// Its own, and `InvalidData` if it panics.
-#[cfg(any(feature = "dicom", feature = "tiff"))]
 pub(super) fn catch_panic<T>(
     format: &str,
     decode: impl FnOnce() -> io::Result<T>,

@@ -27,6 +27,7 @@ use super::data_error::invalid;
 use super::decode::{exact_f64, read_samples, rescaled, select_channel};
 use super::decoder_panic::catch_panic;
 use super::layout::{Channel, SampleType};
+use super::memory::try_filled_vec;
 use super::placement::Placement;
 use super::read_options::{ReadOptions, SliceAxis};
 use super::samples::{SampleGrid, Samples};
@@ -281,8 +282,10 @@ impl Pages {
                     page.sample_type, first.sample_type
                 )));
             }
-            let mut decoded = DecodingResult::U8(Vec::new());
-            self.decoder.read_image_to_buffer(&mut decoded).map_err(wrong)?;
+            if page.is_planar {
+                return self.read_plane(&page, colour.index);
+            }
+            let decoded = self.decoder.read_image().map_err(wrong)?;
             let (samples, n) = (samples_of(decoded)?, page.size[0] * page.size[1]);
             if samples.len() != n * page.n_colours {
                 return Err(invalid(format!(
@@ -292,11 +295,39 @@ impl Pages {
                     page.n_colours
                 )));
             }
-            if page.is_planar {
-                return Ok(samples.part(colour.index * n, n));
-            }
             Ok(select_channel(samples, colour))
         }))
+    }
+
+    /// Reads the numbers of one colour from its own strips or tiles. The decoder takes those at the lower border of all planes but
+    /// the first for whole ones.
+    fn read_plane(&mut self, page: &TiffPage, colour: usize) -> io::Result<Samples> {
+        let ([width, height], size) = (page.size, page.sample_type.n_bytes());
+        let (chunk_width, chunk_height) = self.decoder.chunk_dimensions();
+        let (chunk_width, chunk_height) = (chunk_width as usize, chunk_height as usize);
+        let across = width.div_ceil(chunk_width);
+        let n_chunks = across * height.div_ceil(chunk_height);
+        let mut plane = try_filled_vec(width * height * size, 0u8)?;
+        for i in 0..n_chunks {
+            let index = u32::try_from(colour * n_chunks + i);
+            let index = index.map_err(|_| invalid(format!("{n_chunks} tiles of a page")))?;
+            let layout = self.decoder.image_chunk_buffer_layout(index).map_err(wrong)?;
+            if layout.len as u64 > self.length.saturating_mul(MAX_COMPRESSION_RATIO) {
+                let (length, n) = (self.length, layout.len);
+                return Err(invalid(format!("a tile of {n} bytes, more than {length} can hold")));
+            }
+            let mut chunk = try_filled_vec(layout.len, 0u8)?;
+            self.decoder.read_chunk_bytes(index, &mut chunk).map_err(wrong)?;
+            let row_bytes = layout.row_stride.map_or(1, |bytes| bytes.get());
+            let [x, y] = [i % across * chunk_width, i / across * chunk_height];
+            let n = row_bytes.min((width - x) * size);
+            for (j, row) in chunk.chunks_exact(row_bytes).take(height - y).enumerate() {
+                let at = ((y + j) * width + x) * size;
+                plane[at..at + n].copy_from_slice(&row[..n]);
+            }
+        }
+        let (big_endian, n) = (cfg!(target_endian = "big"), width * height);
+        read_samples(&mut &plane[..], page.sample_type, big_endian, n, n)
     }
 
     /// Reads the samples of contiguous pages with one directory.

@@ -528,9 +528,14 @@ def tiff_kinds():
     halves = [page.astype("f4") / 4 for page in stack[0]]
     save("tiff_white_is_zero.tif", halves, photometric="miniswhite")
     table = np.arange(3 * 256, dtype="u2").reshape(3, 256)
-    save("tiff_palette.tif", [page.astype("u1") for page in stack[0]], photometric="palette", colormap=table)
+    # Two pages: each has a table of its own.
+    save("tiff_palette.tif", [page.astype("u1") for page in stack[0, :2]], photometric="palette", colormap=table)
     tables = [np.ascontiguousarray(page.transpose(2, 0, 1)) for page in colours]
     save("tiff_planar.tif", tables, channels=[1], photometric="rgb", planarconfig="separate")
+    # Tiles that go beyond the border, of one colour each.
+    y, x = np.mgrid[:18, :20]
+    tiled = [np.stack([x + 3 * y + z + 50 * c for c in range(3)]).astype("u1") for z in range(2)]
+    save("tiff_planar_tiles.tif", tiled, channels=[2], photometric="rgb", planarconfig="separate", tile=(16, 16), compression="zlib")
     with tifffile.TiffWriter(HERE / "tiff_thumbnail.tif") as writer:
         for i, page in enumerate([*stack[0], stack[0, 0, ::2, ::2]]):
             writer.write(page, metadata=None, contiguous=False, subfiletype=int(i == 3), photometric="minisblack")
@@ -874,7 +879,7 @@ def dicom_kinds():
     # A localizer across the slices.
     slices("dicom_localizer", 42, values.astype("u2"), ExplicitVRLittleEndian, lambda data, plane: None)
     across = dicom_set("1.2.3.4.42", CT, values[0].astype("u2"), [1, 0, 0], [0, 1, 0, 0, 0, -1], 9, ExplicitVRLittleEndian)
-    across.save_as(HERE / "dicom_localizer" / "-.dcm", enforce_file_format=True)
+    across.save_as(HERE / "dicom_localizer" / "localizer.dcm", enforce_file_format=True)
     add("dicom_localizer", values)
 
     # Frames of which only the first has a position: two fragments each, and floating point.

@@ -44,6 +44,7 @@ pub(super) struct Described {
 pub(super) struct Planes {
     pub(super) order: PlaneOrder,
     pages: Pages,
+    is_in_parts: bool,
 }
 
 #[derive(Debug)]
@@ -69,9 +70,14 @@ impl Planes {
             Pages::Contiguous => Some(plane),
             Pages::Mapped(pages) => pages.get(&plane).copied(),
         };
+        let rest = if self.is_in_parts {
+            "others are in other files, which are not supported, but a folder of numbered slices is"
+        } else {
+            "expected one of each plane"
+        };
         page.ok_or_else(|| {
             invalid(format!(
-                "no page for slice {slice}, channel {channel}, frame {frame} in the OME-XML"
+                "no page for slice {slice}, channel {channel}, frame {frame} in the OME-XML ({rest})"
             ))
         })
     }
@@ -98,7 +104,7 @@ impl Described {
         let Some(mut order) = self.order else {
             let (axes, n_slices) = (['Z', 'C', 'T'], n);
             let order = PlaneOrder { n_slices, n_channels: 1, n_frames: 1, axes };
-            return Ok(Planes { order, pages: Pages::InOrder(pages) });
+            return Ok(Planes { order, pages: Pages::InOrder(pages), is_in_parts: false });
         };
         if self.writer == Writer::ImageJ {
             let n_images = self.n_pages.unwrap_or(1);
@@ -110,7 +116,7 @@ impl Described {
             }
             order.n_slices = n / each;
             let pages = if is_contiguous { Pages::Contiguous } else { Pages::InOrder(pages) };
-            return Ok(Planes { order, pages });
+            return Ok(Planes { order, pages, is_in_parts: false });
         }
         // Colours of a page are channels of the image.
         if order.n_channels.is_multiple_of(n_colours) {
@@ -120,7 +126,7 @@ impl Described {
             if self.is_in_parts || n != order.n_planes() {
                 return Err(wrong_number(n, &order, Some(order.n_planes())));
             }
-            return Ok(Planes { order, pages: Pages::InOrder(pages) });
+            return Ok(Planes { order, pages: Pages::InOrder(pages), is_in_parts: false });
         }
         let mut mapped = self.mapped.clone();
         for one in &mut mapped {
@@ -130,7 +136,7 @@ impl Described {
             }
         }
         let pages = Pages::Mapped(map_pages(order, &mapped, n_pages)?);
-        Ok(Planes { order, pages })
+        Ok(Planes { order, pages, is_in_parts: self.is_in_parts })
     }
 }
 
@@ -163,5 +169,60 @@ fn text(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
         Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ome(attributes: &str, inside: &str) -> Described {
+        let text = format!(
+            "<OME {attributes}><Image><Pixels DimensionOrder=\"XYZCT\" SizeZ=\"2\" SizeC=\"1\" SizeT=\"1\">{inside}</Pixels></Image></OME>"
+        );
+        read(text.as_bytes()).expect("OME-XML")
+    }
+
+    fn pages(described: &Described, n: usize) -> io::Result<Vec<usize>> {
+        let planes = described.planes((0..n).collect(), n, 1)?;
+        (0..2).map(|z| planes.page(0, z, 0)).collect()
+    }
+
+    #[test]
+    fn planes_of_ome_are_in_the_pages_of_their_elements_in_this_file() {
+        let own = "<UUID FileName=\"a\">urn:uuid:1</UUID>";
+        let other = own.replace(":1", ":2");
+        let element = |at: &str, uuid: &str| format!("<TiffData {at}>{uuid}</TiffData>");
+        let all = element("IFD=\"1\" FirstZ=\"0\"", own) + &element("IFD=\"0\" FirstZ=\"1\"", own);
+        for uuid in ["UUID=\"urn:uuid:1\"", ""] {
+            assert_eq!(pages(&ome(uuid, &all), 2).expect("all are here"), [1, 0], "{uuid}");
+        }
+        let some =
+            element("IFD=\"0\" FirstZ=\"0\"", own) + &element("IFD=\"0\" FirstZ=\"1\"", &other);
+        let message = pages(&ome("", &some), 1).expect_err("a page elsewhere").to_string();
+        assert!(message.contains("slice 1") && message.contains("in other files"), "{message}");
+        for bare in ["", "<TiffData/>"] {
+            assert_eq!(pages(&ome("", bare), 2).expect("two pages"), [0, 1]);
+            let message = pages(&ome("", bare), 3).expect_err("three pages").to_string();
+            assert!(message.contains("3 pages"), "{message}");
+        }
+        let counted = ome("", "<TiffData IFD=\"1\" PlaneCount=\"2\"/>");
+        assert_eq!(pages(&counted, 4).expect("two of them"), [1, 2]);
+        let huge = ome("", "<TiffData IFD=\"0\" PlaneCount=\"1048576\"/>");
+        assert_eq!(pages(&huge, 2).expect("as many as there are"), [0, 1]);
+    }
+
+    #[test]
+    fn a_description_elsewhere_is_named() {
+        let text = b"<OME><BinaryOnly MetadataFile=\"a.companion.ome\" UUID=\"urn:uuid:1\"/></OME>";
+        let described = read(text).expect("OME-XML");
+        assert_eq!(described.metadata_file.as_deref(), Some("a.companion.ome"));
+        assert!(read(b"<OME></OME>").is_err());
+    }
+
+    #[test]
+    fn texts_are_utf_8_or_latin_1_up_to_a_zero() {
+        assert_eq!(text("unit=\u{b5}m".as_bytes()), "unit=\u{b5}m");
+        assert_eq!(text(b"unit=\xb5m\0rest"), "unit=\u{b5}m");
     }
 }
