@@ -6,6 +6,8 @@
 //! frame: no axis is flipped, so an exported mesh has the position that the file gives, in the file's
 //! convention. Only left-anterior-superior becomes RAS.
 
+mod axes;
+mod fields;
 mod header;
 
 use std::fs::File;
@@ -21,7 +23,8 @@ use super::select::one_of;
 use super::{stream, text};
 use crate::error::{Error, Result};
 use crate::input;
-use header::{FourthAxis, NrrdEncoding, NrrdHeader};
+use axes::FourthAxis;
+use header::{NrrdEncoding, NrrdHeader};
 
 /// Reads a NRRD file, which is open, and, where the header is detached, its files of samples.
 ///

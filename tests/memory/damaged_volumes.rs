@@ -131,9 +131,10 @@ fn check_damaged_volumes(stride: usize) {
         // Bytes that may be missing: tags and checksums behind the samples, and a part of the last number of a text.
         let has_end = ["nii", "mrc", "map"].iter().any(|e| shown.ends_with(e));
         // A file without a later frame or array can still have an earlier one.
-        let is_series = ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif"]
-            .iter()
-            .any(|what| shown.contains(what));
+        let is_series =
+            ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif", "planar"]
+                .iter()
+                .any(|what| shown.contains(what));
         let n_spare = if is_series {
             bytes.len()
         } else if has_end {

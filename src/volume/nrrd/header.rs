@@ -6,12 +6,13 @@
 //! placement (`content`, `labels`, ...) are ignored, as are
 //! `key:=value` pairs and comments.
 
-use std::collections::BTreeMap;
 use std::io::BufRead;
 
+use super::axes::{FourthAxis, axes};
+use super::fields::NrrdFields;
 use crate::volume::layout::SampleType;
 use crate::volume::placement::{Placement, Space, Unit};
-use crate::volume::text::{HeaderLines, exactly, numbered, shortened};
+use crate::volume::text::{numbered, shortened};
 
 /// How the samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,15 +20,6 @@ pub(super) enum NrrdEncoding {
     Raw,
     Text,
     Gzip,
-}
-
-/// The axis of a 4-D array that is not one of space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct FourthAxis {
-    /// Its number of entries.
-    pub(super) n: usize,
-    /// Whether it is the fastest, so that the entries of a sample are adjacent; else it is the slowest.
-    pub(super) is_fastest: bool,
 }
 
 /// The header of a NRRD file.
@@ -87,174 +79,6 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<NrrdHeader, String> {
     })
 }
 
-/// Fields with a value for each axis.
-const PER_AXIS: [&str; 9] = [
-    "sizes",
-    "kinds",
-    "spacings",
-    "axis mins",
-    "axis maxs",
-    "centers",
-    "units",
-    "thicknesses",
-    "space directions",
-];
-
-/// The fields without the values of an axis that is not one of space, the number of samples along the others, and that axis.
-fn axes(mut fields: NrrdFields) -> Result<(NrrdFields, [usize; 3], Option<FourthAxis>), String> {
-    let dimension: usize = fields.number("dimension")?.ok_or("no 'dimension' field")?;
-    match dimension {
-        3 => {
-            check_kinds(&fields)?;
-            let dims = fields.three::<usize>("sizes")?.ok_or("no 'sizes' field")?;
-            Ok((fields, dims, None))
-        }
-        4 => {
-            let text = fields.get("sizes").ok_or("no 'sizes' field")?;
-            let sizes: [usize; 4] = exactly(text)
-                .ok_or_else(|| format!("'sizes' is '{}', expected 4 numbers", shortened(text)))?;
-            let at = fourth_axis(&fields)?;
-            let is_fastest = match at {
-                0 => true,
-                3 => false,
-                _ => {
-                    return Err(format!(
-                        "axis {at} is not of space, expected the first or the last"
-                    ));
-                }
-            };
-            for name in PER_AXIS {
-                if let Some(text) = fields.0.get_mut(name) {
-                    *text = without_value(text, at);
-                }
-            }
-            check_kinds(&fields)?;
-            let dims = fields.three::<usize>("sizes")?.ok_or("no 'sizes' field")?;
-            Ok((fields, dims, Some(FourthAxis { n: sizes[at], is_fastest })))
-        }
-        _ => Err(format!("'dimension' is {dimension}, expected 3, or 4 with --frame or --channel")),
-    }
-}
-
-/// The axis of a 4-D array that is not one of space: that without a direction, or of another kind; without either the last.
-fn fourth_axis(fields: &NrrdFields) -> Result<usize, String> {
-    let directions = values(fields.get("space directions").unwrap_or_default());
-    let without: Vec<usize> =
-        (0..directions.len()).filter(|&a| !directions[a].starts_with('(')).collect();
-    let kinds = values(fields.get("kinds").unwrap_or_default());
-    let is_space = |kind: &str| matches!(kind.to_ascii_lowercase().as_str(), "domain" | "space");
-    let others: Vec<usize> = (0..kinds.len()).filter(|&a| !is_space(&kinds[a])).collect();
-    match (&without[..], &others[..]) {
-        (&[axis], _) if directions.len() == 4 => Ok(axis),
-        (_, &[axis]) if kinds.len() == 4 => Ok(axis),
-        ([], [] | [_, _, _, _]) if directions.is_empty() => Ok(3),
-        _ => Err("axes of a 4-D array, expected three of space".to_owned()),
-    }
-}
-
-/// The values of a field: words, vectors in parentheses, and texts in quotes.
-fn values(text: &str) -> Vec<String> {
-    let (mut all, mut value) = (Vec::new(), String::new());
-    let (mut is_vector, mut is_quoted) = (false, false);
-    for c in text.chars() {
-        match c {
-            '(' => is_vector = true,
-            ')' => is_vector = false,
-            '"' => is_quoted = !is_quoted,
-            _ => {}
-        }
-        let is_space = c.is_whitespace();
-        let is_new = c == '(' && !value.is_empty();
-        if (is_space && !is_vector && !is_quoted || is_new) && !value.is_empty() {
-            all.push(std::mem::take(&mut value));
-        }
-        if !is_space || is_quoted {
-            value.push(c);
-        }
-    }
-    if !value.is_empty() {
-        all.push(value);
-    }
-    all
-}
-
-/// A field without the value of an axis.
-fn without_value(text: &str, axis: usize) -> String {
-    let mut all = values(text);
-    if axis < all.len() {
-        all.remove(axis);
-    }
-    all.join(" ")
-}
-
-/// The fields of a header by name, in lower case and with the spaces of the definition, and the lines of a list of files.
-struct NrrdFields(BTreeMap<String, String>, Vec<String>);
-
-impl NrrdFields {
-    fn read(reader: &mut impl BufRead) -> Result<Self, String> {
-        let mut lines = HeaderLines::new(reader);
-        let magic = lines.next()?.unwrap_or_default();
-        if !matches!(magic.strip_prefix("NRRD000").map(str::as_bytes), Some([b'1'..=b'5'])) {
-            return Err("not a NRRD file: the first line is not NRRD0001 to NRRD0005".to_owned());
-        }
-        let mut fields = BTreeMap::new();
-        while let Some(line) = lines.next()?.filter(|line| !line.is_empty()) {
-            if line.starts_with('#') {
-                continue;
-            }
-            let Some((name, value)) = line.split_once(':') else {
-                return Err(format!("header line '{}', expected 'field: value'", shortened(&line)));
-            };
-            if value.starts_with('=') {
-                continue;
-            }
-            let name = match name.trim().to_ascii_lowercase().as_str() {
-                "datafile" => "data file".to_owned(),
-                "lineskip" => "line skip".to_owned(),
-                "byteskip" => "byte skip".to_owned(),
-                "axismins" => "axis mins".to_owned(),
-                "axismaxs" => "axis maxs".to_owned(),
-                "centerings" => "centers".to_owned(),
-                other => other.to_owned(),
-            };
-            let is_list = name == "data file" && is_list(value.trim());
-            if fields.insert(name.clone(), value.trim().to_owned()).is_some() {
-                return Err(format!("field '{}' appears twice", shortened(&name)));
-            }
-            // The list ends the header.
-            if is_list {
-                let mut files = Vec::new();
-                while let Some(file) = lines.next()?.filter(|file| !file.is_empty()) {
-                    files.push(file);
-                }
-                return Ok(NrrdFields(fields, files));
-            }
-        }
-        Ok(NrrdFields(fields, Vec::new()))
-    }
-
-    fn get(&self, name: &str) -> Option<&str> {
-        self.0.get(name).map(String::as_str)
-    }
-
-    fn number<T: std::str::FromStr>(&self, name: &str) -> Result<Option<T>, String> {
-        self.get(name)
-            .map(|text| {
-                text.parse().map_err(|_| {
-                    format!("'{name}' is '{}', expected a whole number in range", shortened(text))
-                })
-            })
-            .transpose()
-    }
-
-    /// Three values separated by spaces.
-    fn three<T: std::str::FromStr>(&self, name: &str) -> Result<Option<[T; 3]>, String> {
-        let Some(text) = self.get(name) else { return Ok(None) };
-        let three = exactly(text).map(Some);
-        three.ok_or_else(|| format!("'{name}' is '{}', expected 3 numbers", shortened(text)))
-    }
-}
-
 /// The type for every name of the definition; `block` is not a number.
 fn type_from_name(name: &str) -> Option<SampleType> {
     let name = name.to_ascii_lowercase();
@@ -294,11 +118,6 @@ fn encoding(name: &str) -> Result<NrrdEncoding, String> {
     }
 }
 
-/// Whether a list of data files follows: `LIST`, or `LIST 2`.
-fn is_list(value: &str) -> bool {
-    value == "LIST" || value.starts_with("LIST ")
-}
-
 /// The data files: one, a list, or a pattern with first number, last number and step. Each has one slice, or the same
 /// number of slices if the field gives them 3 axes.
 fn data_files(
@@ -318,8 +137,8 @@ fn data_files(
     }
     let words: Vec<&str> = value.split_whitespace().collect();
     let (n_axes, n_files, files) = match &words[..] {
-        ["LIST"] => ("2", fields.1.len(), fields.1.clone()),
-        ["LIST", n_axes] => (*n_axes, fields.1.len(), fields.1.clone()),
+        ["LIST"] => ("2", fields.files.len(), fields.files.clone()),
+        ["LIST", n_axes] => (*n_axes, fields.files.len(), fields.files.clone()),
         [pattern, first, last, step, rest @ ..] if pattern.contains('%') && rest.len() < 2 => {
             let files = numbered(pattern, [first, last, step], n_slices).ok_or_else(|| {
                 format!(
@@ -348,17 +167,6 @@ fn data_files(
         ));
     }
     Ok(files)
-}
-
-/// Checks that samples can be interpolated along each axis: a 3-D array may also be a colour image.
-fn check_kinds(fields: &NrrdFields) -> Result<(), String> {
-    for kind in fields.get("kinds").unwrap_or_default().split_whitespace() {
-        let lower = kind.to_ascii_lowercase();
-        if !matches!(lower.as_str(), "domain" | "space" | "time" | "none" | "???") {
-            return Err(format!("axis of kind '{}', expected a scalar volume", shortened(kind)));
-        }
-    }
-    Ok(())
 }
 
 /// The placement from space directions and origin, or spacings, or axis minima and maxima.
