@@ -10,9 +10,12 @@
 //!
 //! ImageJ writes files larger than 4 GiB with one directory for all pages, which are contiguous in the file.
 
+mod described;
 mod description;
 mod directories;
+mod imagej;
 mod interpretation;
+mod ome;
 mod planes;
 pub(crate) mod slices;
 
@@ -34,7 +37,7 @@ use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
 use super::stream::DEFLATE_RATIO;
 use super::text::shortened;
-use description::{Described, Planes, Writer};
+use described::{Described, Planes, Writer};
 use interpretation::AsStored;
 
 /// Most bytes of a page per byte of the file. LZW could compress more than deflate, but does not in practice.

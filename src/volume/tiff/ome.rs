@@ -8,8 +8,8 @@ use std::io;
 
 use quick_xml::events::{BytesStart, Event};
 
-use super::super::planes::{MappedPages, PlaneOrder};
-use super::{Described, Writer};
+use super::described::{Described, Writer};
+use super::planes::{MappedPages, PlaneOrder};
 use crate::volume::data_error::invalid;
 use crate::volume::placement::Unit;
 use crate::volume::text::shortened;

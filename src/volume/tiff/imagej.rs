@@ -1,7 +1,7 @@
 //! The description that ImageJ writes: lines of `name=value`.
 
-use super::super::planes::PlaneOrder;
-use super::{Described, Writer};
+use super::described::{Described, Writer};
+use super::planes::PlaneOrder;
 use crate::volume::placement::Unit;
 
 /// The number of the linear function among those of calibrations.
