@@ -9,6 +9,10 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     std::panic::set_hook(Box::new(|panic| {
+        // Such a panic becomes an error of the file.
+        if isospectrum::volume::is_decoding() {
+            return;
+        }
         let panic = cli::terminal::line(&panic.to_string());
         cli::terminal::print_message(&format!("internal error, please report it: {panic}"));
     }));

@@ -12,12 +12,16 @@
 //! the smallest; a longer one is shortened to that, so that the cost follows the samples. Exports are in the
 //! world frame, whose axes need not be perpendicular ([`Placement`]).
 
+mod bits;
 mod block;
 mod cube;
 mod data_error;
 mod decode;
+#[cfg(any(feature = "dicom", feature = "tiff"))]
+mod decoder_panic;
 #[cfg(feature = "dicom")]
 mod dicom;
+mod dx;
 mod format;
 mod grid;
 mod histogram;
@@ -49,6 +53,7 @@ mod slabs;
 mod statistics;
 mod stream;
 mod text;
+mod text_grid;
 #[cfg(feature = "tiff")]
 mod tiff;
 #[cfg(feature = "xml")]
@@ -57,6 +62,8 @@ mod vtk;
 
 pub use block::WholeVolume;
 pub(crate) use block::crop_samples;
+#[cfg(any(feature = "dicom", feature = "tiff"))]
+pub use decoder_panic::is_decoding;
 pub use format::is_volume_name;
 pub use grid::{BlockPosition, Outside, Volume};
 pub(crate) use grid::{check_grid, check_range};
@@ -78,7 +85,7 @@ pub use placement::{Placement, Space, Unit};
 pub use prepare::Preparation;
 pub use raw::parse_raw_name;
 pub use read::{files_of, read_volume};
-pub use read_options::ReadOptions;
+pub use read_options::{ReadOptions, SliceAxis};
 pub(crate) use samples::with_samples;
 pub use samples::{Samples, replace_not_finite};
 pub use slabs::Slabs;

@@ -177,8 +177,9 @@ pub fn npy(input: &[u8]) {
 
 /// A volume in another format, selected by the first byte.
 pub fn volumes(input: &[u8]) {
-    const ENDINGS: [&str; 11] =
-        ["nii", "nii.gz", "mha", "vti", "vtk", "mrc", "map.gz", "cube", "tif", "dcm", "npz"];
+    const ENDINGS: [&str; 13] = [
+        "nii", "nii.gz", "mha", "vti", "vtk", "mrc", "map.gz", "cube", "tif", "dcm", "npz", "dx", "cube.gz",
+    ];
     let Some((&kind, rest)) = input.split_first() else { return };
     volume(&format!("fuzz.{}", ENDINGS[usize::from(kind) % ENDINGS.len()]), rest);
 }

@@ -5,7 +5,9 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use isospectrum::bricks::VolumeSource;
-use isospectrum::volume::{Outside, ReadOptions, Volume, files_of, phantom, read_volume};
+use isospectrum::volume::{
+    Outside, ReadOptions, SliceAxis, Volume, files_of, phantom, read_volume,
+};
 use isospectrum::{Error, Result};
 
 use super::heading;
@@ -17,13 +19,13 @@ use super::kind::{self, Kind};
 pub(super) struct VolumeArguments {
     /// Volume file, or folder of DICOM or slices
     ///
-    /// Formats: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, .dcm; a folder of DICOM files, or of
+    /// Formats: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .dx, .npy, .dcm; a folder of DICOM files, or of
     /// numbered .tif or .png slices; .raw with dimensions and sample type in its name (name_128x128x128_uint8.raw), in
     /// flags, or in a header next to it.
     #[arg(required_unless_present = "phantom", conflicts_with = "phantom")]
     volume: Option<PathBuf>,
     /// Use a built-in volume, e.g. hydrogen:64
-    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "frame", "channel", "array", "series", "spacing", "origin", "nan_as"])]
+    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "frame", "channel", "array", "series", "slices", "spacing", "origin", "nan_as"])]
     phantom: Option<String>,
     /// Number of samples along x, y, z of a RAW file
     #[arg(long, value_name = "NXxNYxNZ")]
@@ -48,6 +50,9 @@ pub(super) struct VolumeArguments {
     /// Read this series of a folder of DICOM files: its number, from 0, or its identifier
     #[arg(long, value_name = "N|UID", hide_short_help = true)]
     series: Option<String>,
+    /// Read the channels or the frames of a TIFF file as its slices
+    #[arg(long, value_name = "AXIS", hide_short_help = true)]
+    slices: Option<Slices>,
     /// Distance between samples along x, y, z
     #[arg(long, value_name = "X,Y,Z")]
     spacing: Option<Triple>,
@@ -75,6 +80,12 @@ enum Endian {
 enum Side {
     Low,
     High,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Slices {
+    Channels,
+    Frames,
 }
 
 impl VolumeArguments {
@@ -146,6 +157,10 @@ impl VolumeArguments {
             channel: self.channel,
             array: self.array.clone(),
             series: self.series.clone(),
+            slices: self.slices.map(|slices| match slices {
+                Slices::Channels => SliceAxis::Channels,
+                Slices::Frames => SliceAxis::Frames,
+            }),
             spacing: self.spacing.map(|Triple(spacing)| spacing),
             origin: self.origin.map(|Triple(origin)| origin),
             nan_as: self.nan_as,

@@ -8,6 +8,7 @@
 
 mod codec;
 mod elements;
+mod fragments;
 mod header;
 mod image;
 mod order;
@@ -38,6 +39,7 @@ use image::DicomImage;
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<SampleGrid> {
     let images = if path.is_dir() { images_in_folder(path)? } else { series_of_file(path)? };
     let images = select_series(path, images, options.series.as_deref())?;
+    let images = without_localizers(images);
     let mut slices = Vec::new();
     for (i, image) in images.iter().enumerate() {
         pixels::check(image, &images[0]).map_err(|e| read_error(&image.path, e))?;
@@ -164,6 +166,44 @@ fn select_series(
         list.join(", ")
     )))
 }
+
+/// Largest part of a series that is left out as turned against the others, and least number of those.
+const MAX_TURNED: f64 = 0.25;
+const MIN_PARALLEL: usize = 4;
+
+/// The images of a series without a few that are turned against all others, which are parallel: localizers.
+fn without_localizers(images: Vec<DicomImage>) -> Vec<DicomImage> {
+    let mut groups: Vec<([f64; 6], usize)> = Vec::new();
+    for image in &images {
+        let Some(orientation) = image.orientation() else { return images };
+        match groups.iter().position(|(other, _)| order::is_parallel(&orientation, other)) {
+            Some(i) => groups[i].1 += 1,
+            None if groups.len() < MAX_ORIENTATIONS => groups.push((orientation, 1)),
+            None => return images,
+        }
+    }
+    let largest = groups.iter().copied().max_by_key(|&(_, n)| n);
+    let Some((orientation, n)) = largest.filter(|_| groups.len() > 1) else { return images };
+    let n_turned = images.len() - n;
+    if n < MIN_PARALLEL || n_turned as f64 > MAX_TURNED * images.len() as f64 {
+        return images;
+    }
+    let is_kept = |image: &DicomImage| {
+        image.orientation().is_some_and(|own| order::is_parallel(&own, &orientation))
+    };
+    let (kept, turned): (Vec<_>, Vec<_>) = images.into_iter().partition(is_kept);
+    if let Some(first) = turned.first() {
+        let name = first.path.file_name().unwrap_or_default().to_string_lossy();
+        log::warn!(
+            "{n_turned} of {} slices are left out, which are turned against the others, such as {name}",
+            n + n_turned
+        );
+    }
+    kept
+}
+
+/// Most orientations in a series with localizers.
+const MAX_ORIENTATIONS: usize = 16;
 
 /// A series for messages. UIDs, of at most 64 characters, are shown in full: many differ at their end only.
 fn describe_series((i, images): (usize, &Vec<DicomImage>)) -> String {

@@ -18,6 +18,7 @@ pub(super) enum VolumeFormat {
     Vtk,
     Mrc,
     Cube,
+    Dx,
     Tiff,
     /// A file, or a folder of files.
     Dicom,
@@ -38,6 +39,8 @@ impl VolumeFormat {
             "raw" => VolumeFormat::Raw,
             "nii" | "hdr" | "img" => VolumeFormat::Nifti,
             "mrc" | "map" | "ccp4" | "rec" => VolumeFormat::Mrc,
+            "cube" | "cub" => VolumeFormat::Cube,
+            "dx" => VolumeFormat::Dx,
             _ if is_gzip => return None,
             "nrrd" | "nhdr" => VolumeFormat::Nrrd,
             "npy" => VolumeFormat::Npy,
@@ -45,7 +48,6 @@ impl VolumeFormat {
             "mha" | "mhd" => VolumeFormat::MetaImage,
             "vti" => VolumeFormat::Vti,
             "vtk" => VolumeFormat::Vtk,
-            "cube" | "cub" => VolumeFormat::Cube,
             "tif" | "tiff" => VolumeFormat::Tiff,
             "dcm" | "dicom" | "ima" => VolumeFormat::Dicom,
             _ => return None,
@@ -58,26 +60,29 @@ impl VolumeFormat {
     ///
     /// [`Error::Usage`] for an option that the format has no use for.
     pub(super) fn check_options(self, path: &Path, options: &ReadOptions) -> Result<()> {
-        use VolumeFormat::{Cube, Dicom, MetaImage, Mrc, Nifti, Npz, Raw, Tiff, Vti, Vtk};
+        use VolumeFormat::{
+            Cube, Dicom, MetaImage, Mrc, Nifti, Npz, Nrrd, Raw, Slices, Tiff, Vti, Vtk,
+        };
         let shown = path.display();
         if options.describes_layout() && self != Raw {
             return Err(Error::Usage(format!(
                 "{shown}: the file has its own dimensions, sample type and byte order; options for them are for raw files only"
             )));
         }
-        let has_frames = matches!(self, Nifti | MetaImage | Mrc | Tiff | Dicom);
-        let has_channels = matches!(self, Nifti | MetaImage | Vti | Vtk | Cube | Tiff | Dicom)
-            || self == VolumeFormat::Slices;
+        let has_frames = matches!(self, Nifti | MetaImage | Mrc | Nrrd | Tiff | Dicom);
+        let has_channels =
+            matches!(self, Nifti | MetaImage | Nrrd | Vti | Vtk | Cube | Tiff | Dicom | Slices);
         let has_arrays = matches!(self, Vti | Vtk | Npz);
         for (flag, is_given, is_supported) in [
             ("--frame", options.frame.is_some(), has_frames),
             ("--channel", options.channel.is_some(), has_channels),
             ("--array", options.array.is_some(), has_arrays),
             ("--series", options.series.is_some(), self == Dicom),
+            ("--slices", options.slices.is_some(), self == Tiff),
         ] {
             if is_given && !is_supported {
                 return Err(Error::Usage(format!(
-                    "{shown}: {flag} does not apply, files of this format hold one volume"
+                    "{shown}: {flag} does not apply to files of this format"
                 )));
             }
         }

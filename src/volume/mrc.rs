@@ -3,7 +3,7 @@
 //! Source: "MRC2014: Extensions to the MRC format header" (Cheng et al. 2015), ccpem.ac.uk/mrc_format. Axes are put into the
 //! order x, y, z of the cell, from the order in `MAPC`, `MAPR`, `MAPS`; the cell's angles shear the world, which is in
 //! angstrom. The first sample is at the origin of the header (words 50 to 52), or if that is 0, at the start (words 5 to 7)
-//! in steps of the cell.
+//! in steps of the cell. Bytes (mode 0) have a sign, except in files of IMOD without the flag for it.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -23,6 +23,10 @@ use crate::error::{Error, Result};
 
 /// Bytes of the header.
 const HEADER_BYTES: usize = 1024;
+
+/// Word 39 of files of IMOD, and its flag in word 40 for bytes with a sign (bio3d.colorado.edu/imod/doc/mrc_format.txt).
+const IMOD_STAMP: i32 = 1_146_047_817;
+const IMOD_SIGNED_BYTES: i32 = 1;
 
 /// Reads a map, which is open.
 ///
@@ -137,6 +141,7 @@ fn parse(words: &Words) -> io::Result<MrcHeader> {
             .map_err(|_| invalid(format!("{found} samples along an axis")))?;
     }
     let sample_type = match words.int(4) {
+        0 if is_unsigned(words) => SampleType::U8,
         0 => SampleType::I8,
         1 => SampleType::I16,
         2 => SampleType::F32,
@@ -170,6 +175,16 @@ fn parse(words: &Words) -> io::Result<MrcHeader> {
         order,
         placement: placement(words, dims, order)?,
     })
+}
+
+/// Whether samples of mode 0 have no sign: in files of IMOD unless a flag says otherwise, and where the header has values that
+/// bytes with a sign cannot have (ITK).
+fn is_unsigned(words: &Words) -> bool {
+    if words.int(39) == IMOD_STAMP {
+        return words.int(40) & IMOD_SIGNED_BYTES == 0;
+    }
+    let [low, high, _] = words.three(20);
+    0.0 <= low && low <= high && f64::from(i8::MAX) < high && high <= f64::from(u8::MAX)
 }
 
 /// The placement of the samples in the axes of the cell.

@@ -159,6 +159,17 @@ impl Placement {
         Placement { origin, spacing, direction, ..Placement::IDENTITY }
     }
 
+    /// The same placement with positive spacings: an axis of negative spacing has the opposite direction.
+    pub(crate) fn with_positive_spacing(mut self) -> Self {
+        for (spacing, direction) in self.spacing.iter_mut().zip(&mut self.direction) {
+            if *spacing < 0.0 {
+                *spacing = -*spacing;
+                *direction = direction.map(|x| -x);
+            }
+        }
+        self
+    }
+
     /// The same placement in the space of a patient: in millimetres, converted if the unit is known.
     pub fn of_patient(mut self, space: Space) -> Self {
         let mm = self.unit.in_mm().unwrap_or(1.0);

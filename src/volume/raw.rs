@@ -130,7 +130,11 @@ fn read_by_header(path: &Path, header: &Path, options: &ReadOptions) -> Result<S
         )));
     }
     let (file, _) = crate::input::open(header)?;
-    if is_mhd(header) { metaimage::read(header, file, options) } else { nrrd::read(header, file) }
+    if is_mhd(header) {
+        metaimage::read(header, file, options)
+    } else {
+        nrrd::read(header, file, options)
+    }
 }
 
 /// The words of a file name, last first: the description of the samples is at the end.

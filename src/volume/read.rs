@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use super::data_error::read_error;
 use super::format::VolumeFormat;
 use super::grid::Volume;
+use super::layout::Compression;
 use super::read_options::ReadOptions;
 use super::samples::{SampleGrid, replace_not_finite};
-use super::{cube, dicom, metaimage, mrc, nifti, npy, npz, nrrd, raw, tiff, vti, vtk};
+use super::{cube, dicom, dx, metaimage, mrc, nifti, npy, npz, nrrd, raw, tiff, vti, vtk};
 use crate::error::{Error, Result};
 use crate::input;
 
 /// Extensions that are read, for messages.
-const EXTENSIONS: &str =
-    ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .dcm, .npy, .npz or .raw";
+const EXTENSIONS: &str = ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .dx, .dcm, .npy, .npz or .raw";
 
 /// The files of a volume: the given one, then separate ones with its samples or its header.
 pub fn files_of(path: &Path) -> Vec<PathBuf> {
@@ -88,7 +88,7 @@ fn read_file(
 ) -> Result<SampleGrid> {
     let grid = match format {
         VolumeFormat::Raw => return raw::read(path, file, length, options),
-        VolumeFormat::Nrrd => return nrrd::read(path, file),
+        VolumeFormat::Nrrd => return nrrd::read(path, file, options),
         VolumeFormat::Nifti => return nifti::read(path, file, length, options),
         VolumeFormat::MetaImage => return metaimage::read(path, file, options),
         VolumeFormat::Mrc => return mrc::read(path, file, length, options),
@@ -98,7 +98,8 @@ fn read_file(
         VolumeFormat::Npz => npz::read(file, length, options),
         VolumeFormat::Vti => vti::read(file, options),
         VolumeFormat::Vtk => vtk::read(file, length, options),
-        VolumeFormat::Cube => cube::read(file, length, options),
+        VolumeFormat::Cube => cube::read(file, length, Compression::of_name(path), options),
+        VolumeFormat::Dx => dx::read(file, length, Compression::of_name(path)),
         VolumeFormat::Tiff => tiff::read(file, length, options),
     };
     grid.map_err(|e| read_error(path, e))
@@ -124,7 +125,7 @@ fn unknown_format(path: &Path) -> Error {
         "h5" | "hdf5" | "nc" | "zarr" => {
             "h5py, netCDF4 or zarr in Python read it, and numpy.save writes .npy"
         }
-        "vdb" | "fits" | "dx" | "xsf" => "Python reads it, and numpy.save writes .npy",
+        "vdb" | "fits" | "xsf" => "Python reads it, and numpy.save writes .npy",
         _ => "--dims and --type read any file as raw",
     };
     Error::input(format!(

@@ -20,12 +20,24 @@ pub struct ReadOptions {
     pub array: Option<String>,
     /// Which series of a folder of DICOM files: its number, from 0, or its identifier.
     pub series: Option<String>,
+    /// What is read as slices, where a TIFF file has a single slice of several channels or frames.
+    pub slices: Option<SliceAxis>,
     /// Replaces the file's spacing.
     pub spacing: Option<[f64; 3]>,
     /// Replaces the file's origin.
     pub origin: Option<[f64; 3]>,
     /// Value in place of NaN and infinities.
     pub nan_as: Option<f64>,
+}
+
+/// What is read as slices of a TIFF file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SliceAxis {
+    /// Channels.
+    Channels,
+    /// Frames in time.
+    Frames,
 }
 
 impl ReadOptions {

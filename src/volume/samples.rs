@@ -96,6 +96,11 @@ impl Samples {
         matches!(self, Samples::U32(_) | Samples::I32(_) | Samples::F64(_))
     }
 
+    /// `n` samples from index `first` on, which exist.
+    pub(super) fn part(&self, first: usize, n: usize) -> Samples {
+        with_samples!(self, s => Samples::from(s[first..first + n].to_vec()))
+    }
+
     /// Appends samples of the same type.
     pub(super) fn append(&mut self, more: Samples) -> std::io::Result<()> {
         match (self, more) {

@@ -4,7 +4,8 @@
 //! uncompressed data, and by the largest possible compression (1032 to 1 for deflate, zlib technical notes) for compressed
 //! data. Their memory grows with the decompressed bytes, and bytes after the samples are not kept.
 
-use std::io::{self, BufRead, Read};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
 
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 
@@ -53,6 +54,16 @@ pub(crate) fn read_gzip_to_end(
     Err(invalid(format!("the compressed data have more than the {n_bytes} bytes of {what}")))
 }
 
+/// The number of bytes of a gzip stream, decompressed.
+pub(crate) fn gzip_bytes(reader: &mut impl BufRead) -> io::Result<u64> {
+    let describe = |e: io::Error| match e.kind() {
+        io::ErrorKind::UnexpectedEof => invalid("the compressed data end early"),
+        io::ErrorKind::InvalidInput => invalid(format!("damaged compressed data: {e}")),
+        _ => e,
+    };
+    io::copy(&mut MultiGzDecoder::new(reader), &mut io::sink()).map_err(describe)
+}
+
 /// Reads samples from a decompressor. Returns whether the data end after them.
 fn decompress(
     mut decoder: impl Read,
@@ -70,6 +81,30 @@ fn decompress(
     // Reading past the end verifies the checksum.
     let n_more = decoder.read(&mut [0]).map_err(describe)?;
     Ok((samples, n_more == 0))
+}
+
+/// The bytes of a text that may be compressed.
+pub(crate) fn text(file: File, compression: Compression) -> Box<dyn BufRead> {
+    const BUFFER_BYTES: usize = 1 << 16;
+    let reader = BufReader::with_capacity(BUFFER_BYTES, file);
+    match compression {
+        Compression::None => Box::new(reader),
+        Compression::Gzip => {
+            Box::new(BufReader::with_capacity(BUFFER_BYTES, MultiGzDecoder::new(reader)))
+        }
+        Compression::Zlib => {
+            Box::new(BufReader::with_capacity(BUFFER_BYTES, ZlibDecoder::new(reader)))
+        }
+    }
+}
+
+/// Describes an error of compressed text.
+pub(crate) fn describe_text_damage(e: io::Error) -> io::Error {
+    match e.kind() {
+        io::ErrorKind::UnexpectedEof => invalid("the compressed text ends early"),
+        io::ErrorKind::InvalidInput => invalid(format!("damaged compressed data: {e}")),
+        _ => e,
+    }
 }
 
 /// Describes an error of compressed data.

@@ -190,6 +190,55 @@ fn numbers<T: FromStr + Copy + Default>(text: &str, n: usize, what: &str) -> io:
     Ok(values)
 }
 
+/// The first number of a word and the rest of the word. Numbers of Fortran programs fill their columns, so that a minus sign may be
+/// all that separates two of them; exponents may begin with D, and if they have three digits, have no letter: `1.5-105`.
+pub(crate) fn split_number(word: &str) -> Option<(f64, &str)> {
+    if let Ok(value) = word.parse() {
+        return Some((value, ""));
+    }
+    let bytes = word.as_bytes();
+    let is_sign = |i: usize| matches!(bytes.get(i), Some(b'+' | b'-'));
+    let digits_end = |start: usize| {
+        let n = bytes[start.min(bytes.len())..].iter().take_while(|b| b.is_ascii_digit()).count();
+        start + n
+    };
+    let start = usize::from(is_sign(0));
+    let whole = digits_end(start);
+    let has_point = bytes.get(whole) == Some(&b'.');
+    let mantissa = if has_point { digits_end(whole + 1) } else { whole };
+    let has_letter = matches!(bytes.get(mantissa), Some(b'e' | b'E' | b'd' | b'D'));
+    let exponent = mantissa + usize::from(has_letter);
+    let first_digit = exponent + usize::from(is_sign(exponent));
+    let end = digits_end(first_digit);
+    let is_exponent = if has_letter {
+        end > first_digit
+    } else {
+        let is_next_point = bytes.get(end) == Some(&b'.');
+        has_point && is_sign(exponent) && end - first_digit == 3 && !is_next_point
+    };
+    let (value, end) = if is_exponent {
+        let text = format!("{}e{}", &word[..mantissa], &word[exponent..end]);
+        (text.parse().ok()?, end)
+    } else {
+        (word[..mantissa].parse().ok()?, mantissa)
+    };
+    (end == word.len() || is_sign(end)).then(|| (value, &word[end..]))
+}
+
+/// The finite numbers of a line of a Fortran program, if there are exactly `N`.
+pub(crate) fn columns<const N: usize>(line: &str) -> Option<[f64; N]> {
+    let mut values = Vec::new();
+    for mut word in line.split_whitespace() {
+        while !word.is_empty() {
+            let (value, rest) = split_number(word)?;
+            values.push(value);
+            word = rest;
+        }
+    }
+    let values: [f64; N] = values.try_into().ok()?;
+    values.iter().all(|v| v.is_finite()).then_some(values)
+}
+
 /// The numbers of a text if it consists of exactly `N`.
 pub(crate) fn exactly<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let values: Option<Vec<T>> = text.split_whitespace().map(|v| v.parse().ok()).collect();
@@ -221,4 +270,39 @@ pub(crate) fn numbered(pattern: &str, numbers: [&str; 3], max: usize) -> Option<
         format!("{before}{digits}{after}")
     };
     Some((0..n).map(name).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(mut word: &str) -> Option<Vec<f64>> {
+        let mut values = Vec::new();
+        while !word.is_empty() {
+            let (value, rest) = split_number(word)?;
+            values.push(value);
+            word = rest;
+        }
+        Some(values)
+    }
+
+    #[test]
+    fn numbers_of_fortran_programs_are_separated_and_have_all_exponents() {
+        for (word, expected) in [
+            ("1", &[1.0][..]),
+            ("-1.00000E-003-2.00000E-003-3.0E+002", &[-1e-3, -2e-3, -300.0]),
+            ("1.50000-105", &[1.5e-105]),
+            ("-1.5+101-2.5-110", &[-1.5e101, -2.5e-110]),
+            ("-12.000000-100.500000", &[-12.0, -100.5]),
+            ("-1.5-105.25", &[-1.5, -105.25]),
+            ("0.25D-02", &[0.0025]),
+            ("2.5d+02-.5D0", &[250.0, -0.5]),
+            ("5.", &[5.0]),
+        ] {
+            assert_eq!(all(word).as_deref(), Some(expected), "{word}");
+        }
+        for wrong in ["x", "-", "1.5x", "1-2x", "********", "1e", "1.5D", "--1", "1.0E-", "é1"] {
+            assert_eq!(all(wrong), None, "{wrong}");
+        }
+    }
 }

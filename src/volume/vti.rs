@@ -13,6 +13,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 
 use quick_xml::events::{BytesStart, Event};
 
+use super::bits;
 use super::data_error::invalid;
 use super::layout::{Channel, SampleLayout};
 use super::placement::Placement;
@@ -61,21 +62,21 @@ pub(super) fn read(file: File, options: &ReadOptions) -> io::Result<SampleGrid> 
     // The samples of cells are at their centres.
     let first = [0, 1, 2].map(|a| extent[2 * a] as f64 + 0.5 * cells as f64);
     placement.origin = placement.world(first);
-    let layout = SampleLayout {
-        dims,
-        sample_type: array.sample_type()?,
-        big_endian: encoding.big_endian,
-        channel: Channel { index, of: array.n_channels },
-        skip: 0,
-    };
+    let channel = Channel { index, of: array.n_channels };
+    let (sample_type, big_endian) = (array.sample_type()?, encoding.big_endian);
+    let layout = SampleLayout { dims, sample_type, big_endian, channel, skip: 0 };
+    // Bits are read as the bytes that hold them.
+    let is_packed = array.is_of_bits() && !matches!(array.data, ArrayData::Text(_));
+    let stored = if is_packed { bits::layout(&layout)? } else { layout };
     let samples = match &array.data {
-        ArrayData::Text(text) => array::read_text(text, &layout)?,
-        ArrayData::Base64(text) => blocks::read_base64(text.as_bytes(), encoding, &layout)?,
+        ArrayData::Text(text) => array::read_text(text, &stored)?,
+        ArrayData::Base64(text) => blocks::read_base64(text.as_bytes(), encoding, &stored)?,
         ArrayData::Appended(offset) => {
             let is_base64 = appended.ok_or_else(|| invalid("no appended data in the file"))?;
-            read_appended(parser.into_inner(), is_base64, *offset, encoding, &layout)?
+            read_appended(parser.into_inner(), is_base64, *offset, encoding, &stored)?
         }
     };
+    let samples = if is_packed { bits::unpack(&samples, &layout)? } else { samples };
     Ok(SampleGrid { dims, samples, placement })
 }
 
@@ -140,47 +141,53 @@ impl<'a, R: BufRead> Parser<'a, R> {
             active: None,
         };
         let (mut buffer, mut is_image, mut of_cells, mut n_pieces) = (Vec::new(), false, None, 0);
-        // Whether the parser is inside an array.
-        let mut is_inside = false;
+        // The number of elements around the parser from an array on.
+        let mut depth = 0;
         loop {
             buffer.clear();
             let event = self.reader.read_event_into(&mut buffer);
-            match event.map_err(|e| wrong_xml(&e.to_string()))? {
-                Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
-                    "VTKFile" => head.encoding = encoding(&tag)?,
-                    "ImageData" => {
-                        is_image = true;
-                        (head.extent, head.placement) = frame(&tag)?;
+            let event = event.map_err(|e| wrong_xml(&e.to_string()))?;
+            let is_start = matches!(event, Event::Start(_));
+            match event {
+                // Elements in an array describe it.
+                Event::Start(_) if depth > 0 => depth += 1,
+                Event::Start(tag) | Event::Empty(tag) if depth == 0 => {
+                    match tag.local_name().as_ref() {
+                        "VTKFile" => head.encoding = encoding(&tag)?,
+                        "ImageData" => {
+                            is_image = true;
+                            (head.extent, head.placement) = frame(&tag)?;
+                        }
+                        "Piece" => {
+                            n_pieces += 1;
+                            check_piece(&tag, head.extent, n_pieces)?;
+                        }
+                        "PointData" => {
+                            of_cells = Some(false);
+                            head.active = attribute(&tag, "Scalars")?;
+                        }
+                        "CellData" => of_cells = Some(true),
+                        "DataArray" if of_cells.is_some() => {
+                            head.arrays.push(array::parse_tag(&tag, of_cells == Some(true))?);
+                            depth = usize::from(is_start);
+                        }
+                        "AppendedData" => {
+                            check_image(is_image)?;
+                            return Ok((head, Some(is_base64(&tag)?)));
+                        }
+                        _ => {}
                     }
-                    "Piece" => {
-                        n_pieces += 1;
-                        check_piece(&tag, head.extent, n_pieces)?;
-                    }
-                    "PointData" => {
-                        of_cells = Some(false);
-                        head.active = attribute(&tag, "Scalars")?;
-                    }
-                    "CellData" => of_cells = Some(true),
-                    "DataArray" if of_cells.is_some() => {
-                        head.arrays.push(array::parse_tag(&tag, of_cells == Some(true))?);
-                        is_inside = true;
-                    }
-                    "AppendedData" => {
-                        check_image(is_image)?;
-                        return Ok((head, Some(is_base64(&tag)?)));
-                    }
-                    _ => {}
-                },
-                Event::Text(text) if is_inside => {
+                }
+                Event::Text(text) if depth == 1 => {
                     if let Some(array) = head.arrays.last_mut()
                         && self.wanted.is_none_or(|wanted| wanted == array.name)
                     {
                         array.add_text(&text);
                     }
                 }
+                Event::End(_) if depth > 0 => depth -= 1,
                 Event::End(tag) => match tag.local_name().as_ref() {
                     "PointData" | "CellData" => of_cells = None,
-                    "DataArray" => is_inside = false,
                     "VTKFile" => break,
                     _ => {}
                 },
@@ -247,7 +254,7 @@ fn frame(tag: &BytesStart<'_>) -> io::Result<([i64; 6], Placement)> {
         let m = finite::<9>(&text).ok_or_else(|| wrong("Direction", &text))?;
         placement.direction = [0, 1, 2].map(|a| [m[a], m[3 + a], m[6 + a]]);
     }
-    Ok((extent, placement))
+    Ok((extent, placement.with_positive_spacing()))
 }
 
 fn check_piece(tag: &BytesStart<'_>, whole: [i64; 6], n: usize) -> io::Result<()> {

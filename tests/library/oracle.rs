@@ -3,9 +3,10 @@
 
 mod filters;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use isospectrum::volume::{ReadOptions, Space, Unit, Volume, read_volume};
+use isospectrum::volume::{ReadOptions, SliceAxis, Space, Unit, Volume, read_volume};
 use serde::Deserialize;
 
 /// A volume as another program read it.
@@ -35,6 +36,16 @@ struct Options {
 /// Maximum distance of corners, relative to the diagonal and the distance from the origin: oracles hold matrices and origins in
 /// float32 or compute in another order.
 const ROUNDING: f64 = 3e-7;
+
+/// Largest difference between decoders of lossy compression, in grey levels: the rounding that they are allowed (ITU-T T.83).
+const MAX_ROUNDING: f64 = 1.0;
+
+/// As [`MAX_ROUNDING`] for colours of half the resolution: a weighted mean of two that are off by up to 1, rounded up or down.
+const MAX_SUBSAMPLED_ROUNDING: f64 = 2.0;
+
+/// As [`MAX_ROUNDING`] for colours that are converted to RGB: blue is the luminance plus 1.772 times a difference, both off by up
+/// to 1, and rounded.
+const MAX_CONVERTED_ROUNDING: f64 = 3.0;
 
 fn expected(name: &str) -> Vec<Expected> {
     let path = here().join(name);
@@ -105,7 +116,7 @@ fn compare(folder: &Path, all: &[Expected]) -> usize {
 #[test]
 fn files_of_other_programs_have_the_samples_and_the_corners_that_these_programs_read() {
     let n = compare(&here(), &expected("values.json"));
-    assert!(n >= 81, "{n} files");
+    assert!(n >= 100, "{n} files");
 }
 
 #[test]
@@ -114,11 +125,53 @@ fn lossy_jpeg_is_unpacked_to_within_a_grey_level() {
     let expected: Vec<f64> = serde_json::from_str(&text).expect("JSON");
     let volume = read_volume(&here().join("dicom_lossy"), &ReadOptions::default()).expect("read");
     assert_eq!(volume.samples().len(), expected.len());
-    // The rounding that decoders are allowed (ITU-T T.83).
     for (i, wanted) in expected.into_iter().enumerate() {
         let found = volume.samples().get(i);
-        assert!((found - wanted).abs() <= 1.0, "sample {i} is {found}, expected {wanted}");
+        assert!((found - wanted).abs() <= MAX_ROUNDING, "sample {i} is {found}, expected {wanted}");
     }
+}
+
+#[test]
+fn colours_of_lossy_dicom_are_those_of_its_photometric_interpretation_and_values_are_clipped() {
+    let text = std::fs::read_to_string(here().join("lossy_colours.json")).expect("checked in");
+    let expected: BTreeMap<String, Vec<Vec<f64>>> = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(expected.len(), 7);
+    for (name, channels) in expected {
+        let most = match name.as_str() {
+            "dicom_rgb_converted" => MAX_CONVERTED_ROUNDING,
+            "dicom_ybr_422" | "dicom_ybr_420" => MAX_SUBSAMPLED_ROUNDING,
+            _ => MAX_ROUNDING,
+        };
+        for (channel, slice) in channels.iter().enumerate() {
+            let channel = (channels.len() > 1).then_some(channel);
+            let options = ReadOptions { channel, ..ReadOptions::default() };
+            let volume = read_volume(&here().join(&name), &options).expect("read");
+            assert_eq!(volume.dims(), [19, 11, 2], "{name}");
+            for i in 0..volume.samples().len() {
+                let (found, wanted) = (volume.samples().get(i), slice[i % slice.len()]);
+                let is_near = (found - wanted).abs() <= most;
+                assert!(
+                    is_near,
+                    "{name}, channel {channel:?}: sample {i} is {found}, expected {wanted}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn channels_of_a_tiff_are_read_as_slices_on_request() {
+    let path = here().join("tiff_imagej_channels.tif");
+    let message = read_volume(&path, &ReadOptions::default()).expect_err("one slice").to_string();
+    assert!(message.contains("--slices channels"), "{message}");
+    let options = |slices| ReadOptions { slices: Some(slices), ..ReadOptions::default() };
+    let volume = read_volume(&path, &options(SliceAxis::Channels)).expect("slices");
+    let pages = read_volume(&here().join("tiff_pages.tif"), &ReadOptions::default());
+    assert_eq!(volume.samples(), pages.expect("slices").samples());
+    let message = read_volume(&path, &options(SliceAxis::Frames)).expect_err("one frame");
+    assert!(message.to_string().contains("--channel 0 to 2"), "{message}");
+    let message = read_volume(&here().join("tiff_pages.tif"), &options(SliceAxis::Frames));
+    assert!(message.expect_err("three slices").to_string().contains("3 slices"));
 }
 
 mod real_volumes {

@@ -4,9 +4,11 @@
 
 mod damaged;
 mod dicom;
+mod kinds;
 mod phantoms;
 mod readers;
 mod real_volumes;
+mod text_kinds;
 
 use std::fs;
 use std::io::Write;

@@ -6,7 +6,7 @@ use std::io::{Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use isospectrum::Error;
-use isospectrum::volume::{ReadOptions, is_volume_name, read_volume};
+use isospectrum::volume::{ReadOptions, SliceAxis, is_volume_name, read_volume};
 
 use crate::{peak, turn};
 
@@ -14,13 +14,14 @@ use crate::{peak, turn};
 const MAX_MEMORY: usize = 8 << 20;
 
 /// Options for files with several arrays, frames or channels; the first that read an undamaged file are its own.
-fn all_options() -> [ReadOptions; 5] {
+fn all_options() -> [ReadOptions; 6] {
     [
         ReadOptions::default(),
         ReadOptions { frame: Some(1), ..ReadOptions::default() },
         ReadOptions { channel: Some(1), ..ReadOptions::default() },
         ReadOptions { channel: Some(1), frame: Some(1), ..ReadOptions::default() },
         ReadOptions { array: Some("density".into()), ..ReadOptions::default() },
+        ReadOptions { slices: Some(SliceAxis::Channels), ..ReadOptions::default() },
     ]
 }
 
@@ -130,9 +131,10 @@ fn check_damaged_volumes(stride: usize) {
         // Bytes that may be missing: tags and checksums behind the samples, and a part of the last number of a text.
         let has_end = ["nii", "mrc", "map"].iter().any(|e| shown.ends_with(e));
         // A file without a later frame or array can still have an earlier one.
-        let is_series = ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif"]
-            .iter()
-            .any(|what| shown.contains(what));
+        let is_series =
+            ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif", "planar"]
+                .iter()
+                .any(|what| shown.contains(what));
         let n_spare = if is_series {
             bytes.len()
         } else if has_end {

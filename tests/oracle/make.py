@@ -487,6 +487,71 @@ def tiff():
     return entries
 
 
+def ome_xml(images, order="XYZCT", uuid=""):
+    """OME-XML of images: sizes of Z, C and T with the elements for their pages."""
+    text = ""
+    for i, ((z, c, t), spp, pages) in enumerate(images):
+        channels = f'<Channel ID="Channel:{i}:0" SamplesPerPixel="{spp}"/>' * (c // spp)
+        text += (f'<Image ID="Image:{i}"><Pixels ID="Pixels:{i}" DimensionOrder="{order}" Type="uint16" SizeX="5" SizeY="4" '
+                 f'SizeZ="{z}" SizeC="{c}" SizeT="{t}" PhysicalSizeX="0.5" PhysicalSizeY="0.5" PhysicalSizeZ="2">{channels}{pages}'
+                 "</Pixels></Image>")
+    return f'<OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"{uuid}>{text}</OME>'
+
+
+def tiff_kinds():
+    """Kinds of files that microscopes, ImageJ and libtiff write."""
+    stack = np.stack([np.ascontiguousarray(pattern("u2", shift).transpose(2, 1, 0)) for shift in range(2)])
+    planes = [stack[c, z] for c in range(2) for z in range(3)]
+    entries = []
+
+    def save(name, pages, description=None, entry_options={}, channels=(None,), **options):
+        with tifffile.TiffWriter(HERE / name) as writer:
+            for i, page in enumerate(pages):
+                # Bytes, because tifffile writes text as UTF-8.
+                text = description if i == 0 else None
+                writer.write(page, description=text, metadata=None, contiguous=False, **{"photometric": "minisblack", **options})
+        for channel in channels:
+            entries.append(tiff_entry(name, **({} if channel is None else {"channel": channel}), **entry_options))
+
+    um = {"spacing": (0.5, 0.5, 2), "unit": "um"}
+    # Slices backwards, channels in turn.
+    order = [(c, z) for z in range(3) for c in range(2)]
+    mapped = "".join(f'<TiffData IFD="{i}" FirstZ="{2 - z}" FirstC="{c}" FirstT="0" PlaneCount="1"/>' for i, (c, z) in enumerate(order))
+    save("tiff_mapped.ome.tif", [stack[c, 2 - z] for c, z in order], ome_xml([((3, 2, 1), 1, mapped)]), um, [0, 1])
+    two = [((3, 2, 1), 1, '<TiffData IFD="0" PlaneCount="6"/>'), ((1, 1, 1), 1, '<TiffData IFD="6"/>')]
+    save("tiff_two_images.ome.tif", planes + [stack[0, 0]], ome_xml(two), um, [0, 1])
+    colours = [np.stack([pattern("u1", shift).transpose(2, 1, 0)[z] for shift in range(3)], axis=2) for z in range(3)]
+    old = ome_xml([((3, 3, 1), 3, "<TiffData/>")], "XYCZT").replace("uint16", "uint8")
+    save("tiff_colours.ome.tif", colours, old, um, [2], photometric="rgb")
+    lines = "ImageJ=1.53t\nimages=6\nchannels=2\nslices=3\nhyperstack=true\norder=zct\nunit=\xb5m\nspacing=2\n"
+    save("tiff_imagej_order.tif", planes, lines.encode("latin-1"), um, [0, 1], resolution=(2, 2))
+    halves = [page.astype("f4") / 4 for page in stack[0]]
+    save("tiff_white_is_zero.tif", halves, photometric="miniswhite")
+    table = np.arange(3 * 256, dtype="u2").reshape(3, 256)
+    # Two pages: each has a table of its own.
+    save("tiff_palette.tif", [page.astype("u1") for page in stack[0, :2]], photometric="palette", colormap=table)
+    tables = [np.ascontiguousarray(page.transpose(2, 0, 1)) for page in colours]
+    save("tiff_planar.tif", tables, channels=[1], photometric="rgb", planarconfig="separate")
+    # Tiles that go beyond the border, of one colour each.
+    y, x = np.mgrid[:18, :20]
+    tiled = [np.stack([x + 3 * y + z + 50 * c for c in range(3)]).astype("u1") for z in range(2)]
+    save("tiff_planar_tiles.tif", tiled, channels=[2], photometric="rgb", planarconfig="separate", tile=(16, 16), compression="zlib")
+    with tifffile.TiffWriter(HERE / "tiff_thumbnail.tif") as writer:
+        for i, page in enumerate([*stack[0], stack[0, 0, ::2, ::2]]):
+            writer.write(page, metadata=None, contiguous=False, subfiletype=int(i == 3), photometric="minisblack")
+    entries.append(tiff_entry("tiff_thumbnail.tif"))
+    # ImageJ stores signed numbers with 2^15 added, and shows them without.
+    lines = "ImageJ=1.53t\nimages=3\nslices=3\ncf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n"
+    signed = pattern("i2").transpose(2, 1, 0).astype("i4") * 300
+    save("tiff_imagej_signed.tif", list((signed + 32768).astype("u2")), lines)
+    entries.pop()
+    entries.append(entry("tiff_imagej_signed.tif", "ImageJ 1.53t", signed.transpose(2, 1, 0), lambda i: i, "UNKNOWN", "unknown"))
+    # Slices that were saved as channels, for --slices.
+    lines = "ImageJ=1.11a\nimages=3\nchannels=3\nhyperstack=true\n"
+    save("tiff_imagej_channels.tif", list(pattern("u1").transpose(2, 1, 0)), lines, channels=[])
+    return entries
+
+
 # DICOM: pydicom for the samples, ITK for the frame
 
 
@@ -724,6 +789,126 @@ def save_frames(values, orientation, entries):
     entries.append(dicom_entry("dicom_dose.dcm"))
 
 
+def adobe_marker(jpeg, transform):
+    """A JPEG whose marker of Adobe has the given value, or is left out."""
+    at = jpeg.find(b"\xff\xee")
+    if at >= 0:
+        jpeg = jpeg[:at] + jpeg[at + 2 + int.from_bytes(jpeg[at + 2:at + 4], "big"):]
+    if transform is None:
+        return jpeg
+    return jpeg[:2] + b"\xff\xee\x00\x0eAdobe\x00d\x00\x00\x00\x00" + bytes([transform]) + jpeg[2:]
+
+
+def lossy_dicom():
+    """Colours in JPEG, and JPEG 2000 that leaves its bits: what imagecodecs (libjpeg-turbo, OpenJPEG) reads of the same bytes."""
+    x, y = np.meshgrid(np.arange(19), np.arange(11))
+    colours = np.stack([12 * x + y, 255 - 9 * x - 3 * y, 128 + 40 * np.sin(x / 3) + 5 * y], axis=2).clip(0, 255).astype("u1")
+    noise = np.random.default_rng(1).integers(0, 2, (11, 19)).astype("u2") * 4095
+    jpeg = lambda plane, outcolorspace, **options: imagecodecs.jpeg8_encode(
+        plane, level=92, colorspace="RGB", outcolorspace=outcolorspace, **options)
+    rgb, ycc = jpeg(colours, "RGB"), jpeg(colours, "YCBCR", subsampling="444")
+    read = lambda data, space: imagecodecs.jpeg8_decode(data, colorspace=space, outcolorspace=space)
+    packed = imagecodecs.jpeg2k_encode(noise, codecformat="j2k", reversible=False, level=30, bitspersample=12)
+    cases = {
+        "dicom_rgb": ("RGB", adobe_marker(rgb, None), read(rgb, "RGB")),
+        "dicom_rgb_marked": ("RGB", adobe_marker(rgb, 0), read(rgb, "RGB")),
+        # The marker contradicts the image: the colours are converted.
+        "dicom_rgb_converted": ("RGB", adobe_marker(ycc, 1), imagecodecs.jpeg8_decode(ycc)),
+        "dicom_ybr": ("YBR_FULL", ycc, read(ycc, "YCBCR")),
+        "dicom_ybr_422": ("YBR_FULL_422", data := jpeg(colours, "YCBCR", subsampling="422"), read(data, "YCBCR")),
+        "dicom_ybr_420": ("YBR_FULL_422", data := jpeg(colours, "YCBCR", subsampling="420"), read(data, "YCBCR")),
+        "dicom_clipped": ("MONOCHROME2", packed, imagecodecs.jpeg2k_decode(packed)),
+    }
+    expected = {}
+    for n, (name, (photometric, frame, samples)) in enumerate(cases.items()):
+        (HERE / name).mkdir(exist_ok=True)
+        is_grey = photometric == "MONOCHROME2"
+        for i in range(2):
+            syntax = pydicom.uid.JPEG2000 if is_grey else pydicom.uid.JPEGBaseline8Bit
+            data = dicom_set(f"1.2.3.4.{20 + n}", CT if is_grey else COLOUR, samples, [0, 0, i], [1, 0, 0, 0, 1, 0], i, syntax)
+            data.PhotometricInterpretation = photometric
+            if is_grey:
+                data.BitsStored, data.HighBit = 12, 11
+            data.PixelData = pydicom.encaps.encapsulate([frame])
+            data["PixelData"].VR, data["PixelData"].is_undefined_length = "OB", True
+            data.save_as(HERE / name / f"{i}.dcm", enforce_file_format=True)
+        planes = samples[..., None] if is_grey else samples
+        expected[name] = [planes[..., c].ravel().tolist() for c in range(planes.shape[2])]
+    (HERE / "lossy_colours.json").write_text(json.dumps(expected) + "\n")
+
+
+def dicom_kinds():
+    """Kinds of DICOM files that other programs write; pydicom reads the samples."""
+    from pydicom.uid import ExplicitVRBigEndian, ExplicitVRLittleEndian, JPEG2000Lossless
+
+    x, y, z = np.meshgrid(np.arange(3), np.arange(3), np.arange(4), indexing="ij")
+    values = ((37 * x + 31 * y + 17 * z * z + 5 * x * y * z) % 251).transpose(2, 1, 0)
+    flat = [1, 0, 0, 0, 1, 0]
+    entries = []
+
+    def add(file, samples, corner=lambda i: np.array(i) * (0.5, 0.75, 2), **options):
+        entries.append(entry(file, f"pydicom {pydicom.__version__}", samples.transpose(2, 1, 0), corner, "LPS", "mm", **options))
+
+    def slices(name, number, planes, syntax, change):
+        (HERE / name).mkdir(exist_ok=True)
+        for i, plane in enumerate(planes):
+            data = dicom_set(f"1.2.3.4.{number}", COLOUR if plane.ndim > 2 else CT, plane, [0, 0, 2 * i], flat, i, syntax)
+            change(data, plane)
+            data.save_as(HERE / name / f"{i}.dcm", enforce_file_format=True)
+
+    # Bytes in words of the other byte order; the number of bytes is odd.
+    def as_words(data, plane):
+        padded = plane.tobytes() + b"\0"
+        data.PixelData = np.frombuffer(padded, "<u2").astype(">u2").tobytes()
+        data["PixelData"].VR = "OW"
+
+    colours = np.stack([values, values + 1, values + 2], axis=3).astype("u1")
+    slices("dicom_words", 40, colours, ExplicitVRBigEndian, as_words)
+    read = np.stack([pydicom.dcmread(HERE / "dicom_words" / f"{i}.dcm").pixel_array for i in range(4)])
+    add("dicom_words", read[..., 1], channel=1)
+
+    # JPEG 2000 in the boxes of a JP2 file.
+    def in_boxes(data, plane):
+        frame = imagecodecs.jpeg2k_encode(np.ascontiguousarray(plane), codecformat="jp2", reversible=True, level=0)
+        data.PixelData = pydicom.encaps.encapsulate([frame])
+        data["PixelData"].VR, data["PixelData"].is_undefined_length = "OB", True
+
+    slices("dicom_boxes", 41, values.astype("u2"), JPEG2000Lossless, in_boxes)
+    add("dicom_boxes", np.stack([pydicom.dcmread(HERE / "dicom_boxes" / f"{i}.dcm").pixel_array for i in range(4)]))
+
+    # A localizer across the slices.
+    slices("dicom_localizer", 42, values.astype("u2"), ExplicitVRLittleEndian, lambda data, plane: None)
+    across = dicom_set("1.2.3.4.42", CT, values[0].astype("u2"), [1, 0, 0], [0, 1, 0, 0, 0, -1], 9, ExplicitVRLittleEndian)
+    across.save_as(HERE / "dicom_localizer" / "localizer.dcm", enforce_file_format=True)
+    add("dicom_localizer", values)
+
+    # Frames of which only the first has a position: two fragments each, and floating point.
+    def frames(name, number, syntax, pixels):
+        data = dicom_set(f"1.2.3.4.{number}", CT, values[0].astype("u2"), [0, 0, 0], flat, 1, syntax)
+        data.NumberOfFrames, data.SpacingBetweenSlices = 4, 2
+        pixels(data)
+        data.save_as(HERE / name, enforce_file_format=True)
+        add(name, pydicom.dcmread(HERE / name).pixel_array)
+
+    def in_fragments(data):
+        packed = [imagecodecs.jpeg2k_encode(plane, codecformat="j2k", reversible=True, level=0) for plane in np.ascontiguousarray(values.astype("u2"))]
+        data.PixelData = pydicom.encaps.encapsulate(packed, fragments_per_frame=2)
+        data["PixelData"].VR, data["PixelData"].is_undefined_length = "OB", True
+
+    def as_floats(kind, name, bits):
+        def change(data):
+            for unused in ["PixelData", "BitsStored", "HighBit", "PixelRepresentation"]:
+                del data[unused]
+            data.BitsAllocated = bits
+            setattr(data, name, (values / 8).astype(kind).tobytes())
+        return change
+
+    frames("dicom_fragments.dcm", 43, JPEG2000Lossless, in_fragments)
+    frames("dicom_float.dcm", 44, ExplicitVRLittleEndian, as_floats("<f4", "FloatPixelData", 32))
+    frames("dicom_double.dcm", 45, ExplicitVRLittleEndian, as_floats("<f8", "DoubleFloatPixelData", 64))
+    return entries
+
+
 # Filters: SciPy and ITK
 
 
@@ -766,7 +951,8 @@ def write(name, entries):
 
 
 if __name__ == "__main__":
-    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + archives() + nrrd_parts() + tiff() + dicom())
+    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + archives() + nrrd_parts() + tiff() + tiff_kinds() + dicom() + dicom_kinds())
+    lossy_dicom()
     (HERE / "filters.json").write_text(json.dumps(filters()) + "\n")
     if len(sys.argv) > 1:
         write("real.json", real(sys.argv[1]))

@@ -1,7 +1,8 @@
 //! Compressed frames: run length encoding, JPEG, JPEG 2000.
 //!
 //! Source: DICOM PS3.5, 8.2 and A.4. JPEG (8-bit, and lossless up to 16 bits) and JPEG 2000 are decoded by crates of pure
-//! Rust. Colours are not converted.
+//! Rust. Colours stay in the space that the photometric interpretation names: only JPEG whose marker contradicts `RGB` is
+//! converted. Values that lossy compression moves out of their bits are clipped.
 //!
 //! # Invariants
 //!
@@ -15,6 +16,7 @@ use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 
 use super::rle;
 use crate::volume::data_error::invalid;
+use crate::volume::decoder_panic::catch_panic;
 
 /// The compression of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,10 +36,15 @@ pub(super) struct FrameShape {
     pub(super) n_channels: usize,
     /// Bytes of each number.
     pub(super) n_bytes: usize,
+    /// Whether the photometric interpretation of the image is RGB.
+    pub(super) is_rgb: bool,
 }
 
 /// Most bytes of samples per byte of a file with compressed frames.
 pub(super) const MAX_COMPRESSION_RATIO: u64 = 512;
+
+/// The value of Adobe's marker for luminance and two differences.
+const ADOBE_YCBCR: u8 = 1;
 
 /// The start of a JPEG 2000 codestream; its bytes with the number of components, and with precision and sign of the first.
 const CODESTREAM: [u8; 4] = [0xff, 0x4f, 0xff, 0x51];
@@ -61,11 +68,11 @@ impl Codec {
     ///
     /// `InvalidData` if the frame is damaged or has another shape.
     pub(super) fn decompress(self, bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
-        let FrameShape { size: [x, y], n_channels, n_bytes } = shape;
+        let FrameShape { size: [x, y], n_channels, n_bytes, .. } = shape;
         match self {
             Codec::Rle => rle::decompress(bytes, x * y, n_bytes, n_channels),
-            Codec::Jpeg => decode_jpeg(bytes, shape),
-            Codec::Jpeg2000 => decode_jpeg_2000(bytes, shape),
+            Codec::Jpeg => catch_panic("JPEG", || decode_jpeg(bytes, shape)),
+            Codec::Jpeg2000 => catch_panic("JPEG 2000", || decode_jpeg_2000(bytes, shape)),
         }
     }
 }
@@ -88,7 +95,6 @@ impl FrameShape {
 fn decode_jpeg(bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
     let damaged = |e: jpeg_decoder::Error| invalid(format!("damaged JPEG: {e}"));
     let mut decoder = Decoder::new(bytes);
-    decoder.set_color_transform(ColorTransform::None);
     decoder.read_info().map_err(damaged)?;
     let info = decoder.info().ok_or_else(|| invalid("a JPEG without a size"))?;
     let (n_channels, n_bits) = match info.pixel_format {
@@ -98,6 +104,12 @@ fn decode_jpeg(bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
         PixelFormat::CMYK32 => (4, 8),
     };
     shape.check(usize::from(info.width), usize::from(info.height), n_channels, n_bits)?;
+    if n_channels == 3 {
+        // As "RGB" the decoder leaves three numbers as they are.
+        let is_converted = shape.is_rgb && adobe_transform(bytes) == Some(ADOBE_YCBCR);
+        let transform = if is_converted { ColorTransform::YCbCr } else { ColorTransform::RGB };
+        decoder.set_color_transform(transform);
+    }
     let numbers = decoder.decode().map_err(damaged)?;
     let found = numbers.len() * 8 / n_bits;
     let expected = shape.size[0] * shape.size[1] * n_channels;
@@ -114,16 +126,34 @@ fn decode_jpeg(bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
     })
 }
 
+/// The colours of a JPEG by the marker of Adobe (APP14), if it has one.
+fn adobe_transform(bytes: &[u8]) -> Option<u8> {
+    // Markers before the first scan: 0xff, kind, length.
+    let mut rest = bytes.get(2..)?;
+    loop {
+        let &[0xff, kind, high, low] = rest.first_chunk()? else { return None };
+        let length = usize::from(u16::from_be_bytes([high, low]));
+        let segment = rest.get(4..2 + length)?;
+        match (kind, segment) {
+            (0xda, _) => return None,
+            (0xee, [b'A', b'd', b'o', b'b', b'e', _, _, _, _, _, _, transform, ..]) => {
+                return Some(*transform);
+            }
+            _ => rest = &rest[2 + length..],
+        }
+    }
+}
+
 fn decode_jpeg_2000(bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
     let damaged = |e: hayro_jpeg2000::DecodeError| invalid(format!("damaged JPEG 2000: {e}"));
     let settings = DecodeSettings { strict: true, ..DecodeSettings::default() };
+    // DICOM wants a bare codestream; some writers put it into the boxes of a JP2 file, whose colours are not needed.
+    let start = bytes.windows(4).position(|w| w == CODESTREAM);
+    let bytes = &bytes[start.ok_or_else(|| invalid("JPEG 2000 without a codestream"))?..];
     let image = hayro_jpeg2000::Image::new(bytes, &settings).map_err(damaged)?;
     let (width, height) = (image.width() as usize, image.height() as usize);
     let n_bits = usize::from(image.original_bit_depth());
-    let start = bytes.windows(4).position(|w| w == CODESTREAM);
-    let Some(head) = start.and_then(|start| bytes.get(start..start + PRECISION + 1)) else {
-        return Err(invalid("JPEG 2000 without a codestream"));
-    };
+    let head = bytes.get(..PRECISION + 1).ok_or_else(|| invalid("JPEG 2000 without a header"))?;
     let n_components = u16::from_be_bytes([head[N_COMPONENTS], head[N_COMPONENTS + 1]]);
     shape.check(width, height, usize::from(n_components), n_bits)?;
     // The decoder shifts signed numbers by half of their range to unsigned ones.
@@ -141,7 +171,9 @@ fn decode_jpeg_2000(bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
         )));
     }
     let number = |i: usize| components[i % shape.n_channels].samples()[i / shape.n_channels];
-    let whole = (0..n * shape.n_channels).map(|i| (number(i).round() as i64 - shift) as u32);
+    let highest = (1i64 << n_bits) - 1;
+    let clipped = |value: f32| (value.round() as i64).clamp(0, highest) - shift;
+    let whole = (0..n * shape.n_channels).map(|i| clipped(number(i)) as u32);
     Ok(low_bytes(whole, shape.n_bytes))
 }
 

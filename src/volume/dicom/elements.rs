@@ -16,8 +16,8 @@ use std::io::{self, BufReader, Read, Seek as _, SeekFrom};
 use flate2::bufread::DeflateDecoder;
 
 use super::tags::{
-    FUNCTIONAL_GROUPS, GROUP_MACROS, ITEM, ITEM_END, PIXEL_DATA, SEQUENCE_END, TRANSFER_SYNTAX,
-    format_tag,
+    DOUBLE_PIXEL_DATA, FLOAT_PIXEL_DATA, FUNCTIONAL_GROUPS, GROUP_MACROS, ITEM, ITEM_END,
+    PIXEL_DATA, SEQUENCE_END, TRANSFER_SYNTAX, format_tag,
 };
 use crate::volume::data_error::invalid;
 
@@ -58,6 +58,8 @@ pub(super) struct PixelData {
     pub(super) length: Option<u32>,
     /// Whether they are 16-bit words, whatever the size of a sample.
     pub(super) is_words: bool,
+    /// Whether they are floating point.
+    pub(super) is_float: bool,
 }
 
 /// Receives the values that it wants. `path` has the tags of the sequences around an element.
@@ -334,10 +336,11 @@ impl<F: Read + io::Seek> Elements<F> {
                         levels.pop().ok_or_else(|| invalid("an end outside of a sequence"))?;
                     self.encoding.explicit = level.explicit_outside;
                 }
-                PIXEL_DATA if levels.is_empty() => {
+                PIXEL_DATA | FLOAT_PIXEL_DATA | DOUBLE_PIXEL_DATA if levels.is_empty() => {
                     let length = Some(element.length).filter(|&n| n != UNDEFINED);
                     let is_words = element.kind != *b"OB";
-                    return Ok(Some(PixelData { offset: self.at, length, is_words }));
+                    let is_float = element.tag != PIXEL_DATA;
+                    return Ok(Some(PixelData { offset: self.at, length, is_words, is_float }));
                 }
                 _ => self.enter_or_skip(&element, &mut levels, visitor)?,
             }

@@ -90,11 +90,16 @@ pub(super) struct DicomHeader {
     pub(super) frames: Vec<Plane>,
     /// Offsets of the frames of a dose grid along the normal.
     pub(super) offsets: Vec<f64>,
+    /// Distance between frames, for files in which only the first has a position.
+    pub(super) frame_distance: Option<f64>,
+    /// Offsets of compressed frames, where the file has 64-bit ones.
+    pub(super) frame_offsets: Vec<u64>,
 }
 
 /// Elements of an image, outside all sequences.
-const IMAGE_TAGS: [u32; 22] = [
+const IMAGE_TAGS: [u32; 24] = [
     tags::SERIES_DESCRIPTION,
+    tags::SPACING_BETWEEN_SLICES,
     tags::SERIES_UID,
     tags::SERIES_NUMBER,
     tags::INSTANCE_NUMBER,
@@ -116,6 +121,7 @@ const IMAGE_TAGS: [u32; 22] = [
     tags::RESCALE_SLOPE,
     tags::GRID_FRAME_OFFSETS,
     tags::DOSE_SCALING,
+    tags::EXTENDED_OFFSETS,
 ];
 
 /// Elements of a plane, in the functional groups.
@@ -189,7 +195,16 @@ impl DicomHeader {
             tags::BITS_STORED => self.bits_stored = short()?,
             tags::HIGH_BIT => self.high_bit = short()?,
             tags::PIXEL_REPRESENTATION => self.is_signed = short()? == 1,
+            tags::SPACING_BETWEEN_SLICES => {
+                let distance = numbers(tag, bytes).ok().flatten().map(|[n]| n);
+                self.frame_distance = distance.filter(|&n| n > 0.0);
+            }
             tags::GRID_FRAME_OFFSETS => self.offsets = list(tag, bytes)?,
+            // Compressed files are little endian.
+            tags::EXTENDED_OFFSETS => {
+                let offsets = bytes.as_chunks().0.iter().map(|&b| u64::from_le_bytes(b));
+                self.frame_offsets = offsets.collect();
+            }
             _ => self.image.set(tag, bytes)?,
         }
         Ok(())

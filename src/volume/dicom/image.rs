@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::codec::{self, Codec, FrameShape};
 use super::elements::{DataSet, PixelData};
+use super::fragments::Fragments;
 use super::header::{DicomHeader, Slice};
 use super::order;
-use super::rle;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::volume::data_error::{invalid, read_error};
@@ -23,8 +23,8 @@ pub(super) struct DicomImage {
     pub(super) pixels: PixelData,
     /// The compression of frames, if any.
     pub(super) codec: Option<Codec>,
-    /// Offset in the file and length of each fragment of compressed frames.
-    pub(super) fragments: Vec<(u64, u32)>,
+    /// The fragments of compressed frames.
+    pub(super) fragments: Fragments,
 }
 
 impl DicomImage {
@@ -42,10 +42,11 @@ impl DicomImage {
         let pixels = body.walk(file, length, &mut header).map_err(wrong)?;
         let Some(pixels) = pixels else { return Ok(None) };
         let codec = Codec::of(&body.syntax);
-        let mut fragments = Vec::new();
+        let mut fragments = Fragments::default();
         if codec.is_some() && pixels.length.is_none() {
             let at = body.start + pixels.offset;
-            fragments = rle::fragments(input::open(path)?.0, at).map_err(wrong)?;
+            let (file, n) = (input::open(path)?.0, header.n_frames.unwrap_or(1));
+            fragments = Fragments::find(file, at, n, &header.frame_offsets).map_err(wrong)?;
         }
         Ok(Some(DicomImage {
             path: path.to_owned(),
@@ -68,17 +69,27 @@ impl DicomImage {
             }
         }
         let time = (self.header.time, self.header.instance);
+        // Frames without positions of their own follow the first in even steps.
+        let distance = self.header.frame_distance;
+        let distance = distance.filter(|_| frames.is_empty() && offsets.is_empty());
         let slice = |frame: usize| {
             let own = frames.get(frame).copied().unwrap_or_default();
             let mut plane = own.or(*shared).or(*whole);
-            if let (Some(offset), Some(position)) = (offsets.get(frame), plane.position) {
+            let along = offsets.get(frame).map(|offset| offset - offsets[0]);
+            let along = along.or(distance.map(|distance| distance * frame as f64));
+            if let (Some(along), Some(position)) = (along, plane.position) {
                 let normal = order::normal(&plane.orientation.unwrap_or_default());
-                let along = offset - offsets[0];
                 plane.position = Some([0, 1, 2].map(|i| position[i] + along * normal[i]));
             }
             Slice { image, frame, plane, time }
         };
         Ok((0..n).map(slice).collect())
+    }
+
+    /// Directions of rows and columns of an image without frames of its own directions.
+    pub(super) fn orientation(&self) -> Option<[f64; 6]> {
+        let is_single = self.header.n_frames.unwrap_or(1) <= 1 && self.header.frames.is_empty();
+        self.header.image.orientation.filter(|_| is_single)
     }
 
     /// The name of a slice in messages.
@@ -90,6 +101,10 @@ impl DicomImage {
     }
 
     pub(super) fn sample_type(&self) -> SampleType {
+        if self.pixels.is_float {
+            let is_double = self.header.bits_allocated == 64;
+            return if is_double { SampleType::F64 } else { SampleType::F32 };
+        }
         match (self.header.bits_allocated, self.header.is_signed) {
             (8, false) => SampleType::U8,
             (8, true) => SampleType::I8,
@@ -98,6 +113,11 @@ impl DicomImage {
             (_, false) => SampleType::U32,
             (_, true) => SampleType::I32,
         }
+    }
+
+    /// Whether samples of 8 bits are in words of the other byte order.
+    pub(super) fn has_swapped_bytes(&self) -> bool {
+        self.body.encoding.big_endian && self.header.bits_allocated == 8 && self.pixels.is_words
     }
 
     /// Bytes of one channel of a frame. No overflow: columns and rows have 16 bits.
@@ -110,19 +130,18 @@ impl DicomImage {
         self.plane_bytes() * self.header.n_channels as u64
     }
 
-    /// Decompresses a frame: a fragment, or all fragments of a single frame.
+    /// Decompresses a frame.
     pub(super) fn decompress_frame(&self, codec: Codec, frame: usize) -> io::Result<Vec<u8>> {
         let mut file = input::open(&self.path).map_err(|e| io::Error::other(e.to_string()))?.0;
-        let is_single = self.header.n_frames.unwrap_or(1) <= 1;
-        let parts = if is_single { &self.fragments[..] } else { &self.fragments[frame..=frame] };
         let mut bytes = Vec::new();
-        for &(at, length) in parts {
+        for &(at, length) in self.fragments.of_frame(frame) {
             file.seek(SeekFrom::Start(at))?;
             (&file).take(u64::from(length)).read_to_end(&mut bytes)?;
         }
         let n_bytes = self.sample_type().n_bytes();
         let (size, n_channels) = (self.header.size, self.header.n_channels);
-        codec.decompress(&bytes, FrameShape { size, n_channels, n_bytes })
+        let is_rgb = self.header.photometric == "RGB";
+        codec.decompress(&bytes, FrameShape { size, n_channels, n_bytes, is_rgb })
     }
 
     /// Checks that the file has the bytes of all frames.
@@ -136,7 +155,7 @@ impl DicomImage {
         let expected = self.frame_bytes().saturating_mul(n as u64);
         if self.codec.is_some() {
             let found = self.fragments.len();
-            if found == 0 || n > 1 && found != n {
+            if self.fragments.n_frames() != n {
                 let message =
                     format!("{found} compressed fragments, expected {n}, the number of frames");
                 return Err(invalid(message));

@@ -28,6 +28,11 @@ pub(super) fn normal(orientation: &[f64; 6]) -> [f64; 3] {
     cross([a, b, c], [d, e, f])
 }
 
+/// Whether rows and columns have the same directions, up to rounding.
+pub(super) fn is_parallel(a: &[f64; 6], b: &[f64; 6]) -> bool {
+    (0..6).all(|i| (a[i] - b[i]).abs() <= MAX_DIFFERENCE)
+}
+
 /// Keeps the slices of one of several volumes in time, if every position has the same number of slices. Slices of a
 /// position are ordered by temporal position, then by instance number.
 ///
@@ -89,7 +94,7 @@ pub(super) fn sort(
         let name = shown(slice);
         let PlaneGeometry { position, orientation: directions, spacing: distances } =
             geometry(&slice.plane, &name)?;
-        if (0..6).any(|i| (directions[i] - orientation[i]).abs() > MAX_DIFFERENCE) {
+        if !is_parallel(&directions, &orientation) {
             return Err(format!("{name} is not parallel to {}", shown(first)));
         }
         if (0..2).any(|i| (distances[i] / spacing[i] - 1.0).abs() > MAX_DIFFERENCE) {

@@ -49,25 +49,39 @@ pub(super) fn check(image: &DicomImage, first: &DicomImage) -> io::Result<()> {
             shortened(photometric)
         )));
     }
+    if image.pixels.is_float {
+        let allocated = header.bits_allocated;
+        if !matches!(allocated, 32 | 64) || image.codec.is_some() {
+            return Err(invalid(format!(
+                "floating-point samples of {allocated} bits, expected uncompressed ones of 32 or 64"
+            )));
+        }
+        return check_same(image, first);
+    }
     let (allocated, stored, high) = (header.bits_allocated, header.bits_stored, header.high_bit);
     if !matches!(allocated, 8 | 16 | 32) || stored == 0 || stored > high + 1 || high >= allocated {
         return Err(invalid(format!(
             "samples of {stored} bits up to bit {high} of {allocated}, expected at most 8, 16 or 32"
         )));
     }
-    if image.body.encoding.big_endian && allocated == 8 && image.pixels.is_words {
-        return Err(invalid("8-bit samples in big-endian words, expected bytes"));
-    }
+    check_same(image, first)
+}
+
+/// Checks that an image has the samples of the first of its series, and that its file has all of them.
+fn check_same(image: &DicomImage, first: &DicomImage) -> io::Result<()> {
+    let header = &image.header;
     let kind = |image: &DicomImage| {
         let h = &image.header;
         let bits = (h.bits_allocated, h.bits_stored, h.high_bit, h.is_signed);
-        (h.size, h.n_channels, bits, image.body.encoding.big_endian, image.codec)
+        let is_float = image.pixels.is_float;
+        (h.size, h.n_channels, bits, is_float, image.body.encoding.big_endian, image.codec)
     };
     if kind(image) != kind(first) {
         let [x, y] = header.size;
         let [first_x, first_y] = first.header.size;
         return Err(invalid(format!(
-            "a slice of {x}x{y} samples of {stored} bits, expected {first_x}x{first_y} of {} as {}",
+            "a slice of {x}x{y} samples of {} bits, expected {first_x}x{first_y} of {} as {}",
+            header.bits_stored,
             first.header.bits_stored,
             first.path.file_name().unwrap_or_default().to_string_lossy()
         )));
@@ -205,7 +219,14 @@ impl FrameReader<'_> {
             None => {
                 let (file, length): (File, u64) =
                     input::open(&image.path).map_err(|e| io::Error::other(e.to_string()))?;
-                let reader = Box::new(image.body.open(file, length, from)?);
+                let reader: Box<dyn Read> = if image.has_swapped_bytes() {
+                    // Words start at the first sample.
+                    let is_odd = (from - image.pixels.offset) % 2;
+                    let words = image.body.open(file, length, from - is_odd)?;
+                    Box::new(SwappedBytes::new(words, is_odd == 1)?)
+                } else {
+                    Box::new(image.body.open(file, length, from)?)
+                };
                 OpenImage { image: slice.image, reader, at: from, left }
             }
         });
@@ -227,6 +248,44 @@ impl Read for FrameReader<'_> {
                 return Ok(0);
             }
         }
+    }
+}
+
+/// A reader of 8-bit samples in big-endian words: the second byte of each word comes first.
+struct SwappedBytes<R> {
+    words: R,
+    /// The byte that follows, if its word has been read.
+    next: Option<u8>,
+}
+
+impl<R: Read> SwappedBytes<R> {
+    /// A reader from the start of a word on, or from its second sample.
+    fn new(words: R, starts_in_word: bool) -> io::Result<Self> {
+        let mut reader = SwappedBytes { words, next: None };
+        if starts_in_word {
+            reader.read_exact(&mut [0])?;
+        }
+        Ok(reader)
+    }
+}
+
+impl<R: Read> Read for SwappedBytes<R> {
+    fn read(&mut self, wanted: &mut [u8]) -> io::Result<usize> {
+        let Some((first, rest)) = wanted.split_first_mut() else { return Ok(0) };
+        if let Some(byte) = self.next.take() {
+            *first = byte;
+            return Ok(1);
+        }
+        if rest.is_empty() {
+            let mut word = [0; 2];
+            self.words.read_exact(&mut word)?;
+            (*first, self.next) = (word[1], Some(word[0]));
+            return Ok(1);
+        }
+        let n = wanted.len() / 2 * 2;
+        self.words.read_exact(&mut wanted[..n])?;
+        wanted[..n].as_chunks_mut().0.iter_mut().for_each(|[a, b]| std::mem::swap(a, b));
+        Ok(n)
     }
 }
 

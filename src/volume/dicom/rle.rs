@@ -1,9 +1,9 @@
-//! Run length encoding of frames, and the fragments of all compressed frames.
+//! Run length encoding of frames.
 //!
 //! Source: DICOM PS3.5, annex G. Each frame is a fragment: number and offsets of the segments, then the segments, one for
 //! each byte of a sample, the most significant first.
 
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io;
 
 use crate::volume::data_error::invalid;
 
@@ -12,34 +12,6 @@ const MAX_COMPRESSION_RATIO: usize = 64;
 
 /// Bytes of the header of a frame.
 const HEADER_BYTES: usize = 64;
-
-/// Offset and length of each fragment after the offset table, which starts at byte `at`.
-///
-/// # Errors
-///
-/// `InvalidData` for other than fragments.
-pub(super) fn fragments(file: impl Read + Seek, mut at: u64) -> io::Result<Vec<(u64, u32)>> {
-    let mut reader = BufReader::new(file);
-    reader.seek(SeekFrom::Start(at))?;
-    let mut all = Vec::new();
-    loop {
-        let mut head = [0; 8];
-        reader.read_exact(&mut head)?;
-        let [a, b, c, d, e, f, g, h] = head;
-        let length = u32::from_le_bytes([e, f, g, h]);
-        match [a, b, c, d] {
-            [0xfe, 0xff, 0x00, 0xe0] => all.push((at + 8, length)),
-            [0xfe, 0xff, 0xdd, 0xe0] => break,
-            _ => return Err(invalid("samples without fragments, expected compressed ones")),
-        }
-        reader.seek_relative(i64::from(length))?;
-        at += 8 + u64::from(length);
-    }
-    if !all.is_empty() {
-        all.remove(0);
-    }
-    Ok(all)
-}
 
 /// Decompresses `n` samples of `n_channels` numbers of `size` bytes, little endian, one sample after the other.
 ///

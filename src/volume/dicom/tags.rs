@@ -8,6 +8,11 @@ pub(super) const SEQUENCE_END: u32 = 0xfffe_e0dd;
 pub(super) const TRANSFER_SYNTAX: u32 = 0x0002_0010;
 /// The samples.
 pub(super) const PIXEL_DATA: u32 = 0x7fe0_0010;
+/// Samples of 32 and 64 bit floating point.
+pub(super) const FLOAT_PIXEL_DATA: u32 = 0x7fe0_0008;
+pub(super) const DOUBLE_PIXEL_DATA: u32 = 0x7fe0_0009;
+/// Offsets of compressed frames, 64 bits each.
+pub(super) const EXTENDED_OFFSETS: u32 = 0x7fe0_0001;
 
 /// Functional groups (PS3.3, C.7.6.16): sequences with the properties that all frames share, and those of each frame.
 pub(super) const FUNCTIONAL_GROUPS: [u32; 2] = [SHARED_GROUPS, PER_FRAME_GROUPS];
@@ -17,6 +22,7 @@ pub(super) const PER_FRAME_GROUPS: u32 = 0x5200_9230;
 pub(super) const GROUP_MACROS: [u32; 4] = [0x0020_9113, 0x0020_9116, 0x0028_9110, 0x0028_9145];
 
 pub(super) const SERIES_DESCRIPTION: u32 = 0x0008_103e;
+pub(super) const SPACING_BETWEEN_SLICES: u32 = 0x0018_0088;
 pub(super) const SERIES_UID: u32 = 0x0020_000e;
 pub(super) const SERIES_NUMBER: u32 = 0x0020_0011;
 pub(super) const INSTANCE_NUMBER: u32 = 0x0020_0013;

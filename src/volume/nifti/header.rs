@@ -154,7 +154,9 @@ fn parse(fields: &NiftiFields, at: &Offsets, is_pair: bool) -> io::Result<NiftiH
     }
     let mut all = [1usize; 8];
     for (i, size) in all.iter_mut().enumerate().take(n_axes as usize + 1).skip(1) {
+        // Some writers leave the number of frames 0.
         let found = fields.dim(at.dim, i);
+        let found = if found == 0 && i > 3 { 1 } else { found };
         *size = usize::try_from(found).ok().filter(|&n| n > 0).ok_or_else(|| {
             invalid(format!("dimension {i} is {found}, expected a number above 0"))
         })?;
@@ -220,7 +222,7 @@ fn sample_type(code: i64) -> io::Result<(SampleType, usize)> {
     })
 }
 
-/// The sform, else the qform, else the spacing alone.
+/// The sform if it is filled in, else the qform, else the spacing alone.
 fn placement(fields: &NiftiFields, at: &Offsets) -> Placement {
     let code = |at: usize| if fields.is_version_2 { fields.i32(at) } else { fields.i16(at) };
     let units =
@@ -231,9 +233,14 @@ fn placement(fields: &NiftiFields, at: &Offsets) -> Placement {
         3 => Unit::Um,
         _ => Unit::Unknown,
     };
-    if code(at.sform_code) > 0 {
-        let row = |i: usize, j: usize| fields.float(at.srow, 4 * i + j);
-        let steps = std::array::from_fn(|a| [row(0, a), row(1, a), row(2, a)]);
+    let row = |i: usize, j: usize| fields.float(at.srow, 4 * i + j);
+    let steps: [[f64; 3]; 3] = std::array::from_fn(|a| [row(0, a), row(1, a), row(2, a)]);
+    // A form without a step along an axis was not filled in.
+    let is_filled = steps.iter().all(|step| step.iter().any(|&x| x != 0.0));
+    if code(at.sform_code) > 0 && !is_filled {
+        log::warn!("an empty sform in the header: the qform or the spacing is used");
+    }
+    if code(at.sform_code) > 0 && is_filled {
         let placed = Placement::from_steps([row(0, 3), row(1, 3), row(2, 3)], steps);
         return Placement { unit, ..placed }.of_patient(Space::Ras);
     }

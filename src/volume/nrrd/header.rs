@@ -6,12 +6,13 @@
 //! placement (`content`, `labels`, ...) are ignored, as are
 //! `key:=value` pairs and comments.
 
-use std::collections::BTreeMap;
 use std::io::BufRead;
 
+use super::axes::{FourthAxis, axes};
+use super::fields::NrrdFields;
 use crate::volume::layout::SampleType;
 use crate::volume::placement::{Placement, Space, Unit};
-use crate::volume::text::{HeaderLines, exactly, numbered, shortened};
+use crate::volume::text::{numbered, shortened};
 
 /// How the samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +25,9 @@ pub(super) enum NrrdEncoding {
 /// The header of a NRRD file.
 #[derive(Debug)]
 pub(super) struct NrrdHeader {
+    /// Along the axes of space.
     pub(super) dims: [usize; 3],
+    pub(super) fourth: Option<FourthAxis>,
     pub(super) sample_type: SampleType,
     pub(super) big_endian: bool,
     pub(super) encoding: NrrdEncoding,
@@ -45,11 +48,7 @@ pub(super) struct NrrdHeader {
 /// A description without the name of the file.
 pub(super) fn parse(reader: &mut impl BufRead) -> Result<NrrdHeader, String> {
     let fields = NrrdFields::read(reader)?;
-    let dimension: usize = fields.number("dimension")?.ok_or("no 'dimension' field")?;
-    if dimension != 3 {
-        return Err(format!("'dimension' is {dimension}, expected 3"));
-    }
-    let dims = fields.three::<usize>("sizes")?.ok_or("no 'sizes' field")?;
+    let (fields, dims, fourth) = axes(fields)?;
     let type_name = fields.get("type").ok_or("no 'type' field")?;
     let sample_type = type_from_name(type_name)
         .ok_or_else(|| format!("type '{type_name}', expected a scalar number type"))?;
@@ -61,95 +60,29 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<NrrdHeader, String> {
         None if sample_type.n_bytes() == 1 || encoding == NrrdEncoding::Text => false,
         None => return Err(format!("no 'endian' field, which {sample_type} needs")),
     };
-    check_kinds(&fields)?;
     Ok(NrrdHeader {
         dims,
+        fourth,
         sample_type,
         big_endian,
         encoding,
-        data_files: data_files(&fields, dims[2])?,
+        data_files: data_files(&fields, dims[2], fourth)?,
         line_skip: fields.number("line skip")?.unwrap_or(0),
         byte_skip: match fields.number::<i64>("byte skip")?.unwrap_or(0) {
-            -1 if encoding == NrrdEncoding::Raw => None,
+            // By the definition for raw samples only; of compressed ones, the decompressed end is meant.
+            -1 if encoding != NrrdEncoding::Text => None,
             n => Some(u64::try_from(n).map_err(|_| {
-                format!("'byte skip' is {n}, expected 0 or more (or -1 with encoding raw)")
+                format!("'byte skip' is {n}, expected 0 or more (or -1 with encoding raw or gzip)")
             })?),
         },
         placement: placement(&fields, dims)?,
     })
 }
 
-/// The fields of a header by name, in lower case and with the spaces of the definition, and the lines of a list of files.
-struct NrrdFields(BTreeMap<String, String>, Vec<String>);
-
-impl NrrdFields {
-    fn read(reader: &mut impl BufRead) -> Result<Self, String> {
-        let mut lines = HeaderLines::new(reader);
-        let magic = lines.next()?.unwrap_or_default();
-        if !matches!(magic.strip_prefix("NRRD000").map(str::as_bytes), Some([b'1'..=b'5'])) {
-            return Err("not a NRRD file: the first line is not NRRD0001 to NRRD0005".to_owned());
-        }
-        let mut fields = BTreeMap::new();
-        while let Some(line) = lines.next()?.filter(|line| !line.is_empty()) {
-            if line.starts_with('#') {
-                continue;
-            }
-            let Some((name, value)) = line.split_once(':') else {
-                return Err(format!("header line '{}', expected 'field: value'", shortened(&line)));
-            };
-            if value.starts_with('=') {
-                continue;
-            }
-            let name = match name.trim().to_ascii_lowercase().as_str() {
-                "datafile" => "data file".to_owned(),
-                "lineskip" => "line skip".to_owned(),
-                "byteskip" => "byte skip".to_owned(),
-                "axismins" => "axis mins".to_owned(),
-                "axismaxs" => "axis maxs".to_owned(),
-                "centerings" => "centers".to_owned(),
-                other => other.to_owned(),
-            };
-            let is_list = name == "data file" && is_list(value.trim());
-            if fields.insert(name.clone(), value.trim().to_owned()).is_some() {
-                return Err(format!("field '{}' appears twice", shortened(&name)));
-            }
-            // The list ends the header.
-            if is_list {
-                let mut files = Vec::new();
-                while let Some(file) = lines.next()?.filter(|file| !file.is_empty()) {
-                    files.push(file);
-                }
-                return Ok(NrrdFields(fields, files));
-            }
-        }
-        Ok(NrrdFields(fields, Vec::new()))
-    }
-
-    fn get(&self, name: &str) -> Option<&str> {
-        self.0.get(name).map(String::as_str)
-    }
-
-    fn number<T: std::str::FromStr>(&self, name: &str) -> Result<Option<T>, String> {
-        self.get(name)
-            .map(|text| {
-                text.parse().map_err(|_| {
-                    format!("'{name}' is '{}', expected a whole number in range", shortened(text))
-                })
-            })
-            .transpose()
-    }
-
-    /// Three values separated by spaces.
-    fn three<T: std::str::FromStr>(&self, name: &str) -> Result<Option<[T; 3]>, String> {
-        let Some(text) = self.get(name) else { return Ok(None) };
-        let three = exactly(text).map(Some);
-        three.ok_or_else(|| format!("'{name}' is '{}', expected 3 numbers", shortened(text)))
-    }
-}
-
 /// The type for every name of the definition; `block` is not a number.
 fn type_from_name(name: &str) -> Option<SampleType> {
-    Some(match name {
+    let name = name.to_ascii_lowercase();
+    Some(match name.split_whitespace().collect::<Vec<_>>().join(" ").as_str() {
         "signed char" | "int8" | "int8_t" => SampleType::I8,
         "uchar" | "unsigned char" | "uint8" | "uint8_t" => SampleType::U8,
         "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
@@ -185,19 +118,27 @@ fn encoding(name: &str) -> Result<NrrdEncoding, String> {
     }
 }
 
-/// Whether a list of data files follows: `LIST`, or `LIST 2`.
-fn is_list(value: &str) -> bool {
-    value == "LIST" || value.starts_with("LIST ")
-}
-
 /// The data files: one, a list, or a pattern with first number, last number and step. Each has one slice, or the same
 /// number of slices if the field gives them 3 axes.
-fn data_files(fields: &NrrdFields, n_slices: usize) -> Result<Vec<String>, String> {
+fn data_files(
+    fields: &NrrdFields,
+    n_slices: usize,
+    fourth: Option<FourthAxis>,
+) -> Result<Vec<String>, String> {
     let Some(value) = fields.get("data file") else { return Ok(Vec::new()) };
+    // Files follow each other along the slowest axis.
+    if let Some(FourthAxis { n, is_fastest: false }) = fourth {
+        let files = data_files(fields, n, None)?;
+        return match files.len() {
+            1 => Ok(files),
+            n_files if n_files == n => Ok(files),
+            n_files => Err(format!("{n_files} data files, expected one, or {n} of a volume each")),
+        };
+    }
     let words: Vec<&str> = value.split_whitespace().collect();
     let (n_axes, n_files, files) = match &words[..] {
-        ["LIST"] => ("2", fields.1.len(), fields.1.clone()),
-        ["LIST", n_axes] => (*n_axes, fields.1.len(), fields.1.clone()),
+        ["LIST"] => ("2", fields.files.len(), fields.files.clone()),
+        ["LIST", n_axes] => (*n_axes, fields.files.len(), fields.files.clone()),
         [pattern, first, last, step, rest @ ..] if pattern.contains('%') && rest.len() < 2 => {
             let files = numbered(pattern, [first, last, step], n_slices).ok_or_else(|| {
                 format!(
@@ -208,6 +149,12 @@ fn data_files(fields: &NrrdFields, n_slices: usize) -> Result<Vec<String>, Strin
             (rest.first().copied().unwrap_or("2"), files.len(), files)
         }
         _ => return Ok(vec![value.to_owned()]),
+    };
+    // A sample of several numbers adds an axis to each file.
+    let n_axes = match (fourth, n_axes) {
+        (Some(_), "3") => "2",
+        (Some(_), "4") => "3",
+        (_, n_axes) => n_axes,
     };
     let fits = match n_axes {
         "2" => n_files == n_slices,
@@ -220,17 +167,6 @@ fn data_files(fields: &NrrdFields, n_slices: usize) -> Result<Vec<String>, Strin
         ));
     }
     Ok(files)
-}
-
-/// Checks that samples can be interpolated along each axis: a 3-D array may also be a colour image.
-fn check_kinds(fields: &NrrdFields) -> Result<(), String> {
-    for kind in fields.get("kinds").unwrap_or_default().split_whitespace() {
-        let lower = kind.to_ascii_lowercase();
-        if !matches!(lower.as_str(), "domain" | "space" | "time" | "none" | "???") {
-            return Err(format!("axis of kind '{}', expected a scalar volume", shortened(kind)));
-        }
-    }
-    Ok(())
 }
 
 /// The placement from space directions and origin, or spacings, or axis minima and maxima.
@@ -257,9 +193,11 @@ fn placement(fields: &NrrdFields, dims: [usize; 3]) -> Result<Placement, String>
         };
     }
     placement.unit = unit(fields);
+    let placement = placement.with_positive_spacing();
     Ok(match space {
         NrrdSpace::Patient(space) => placement.of_patient(space),
         NrrdSpace::LeftAnterior => {
+            let mut placement = placement;
             placement.origin[0] *= -1.0;
             placement.direction.iter_mut().for_each(|axis| axis[0] *= -1.0);
             placement.of_patient(Space::Ras)

@@ -3,20 +3,23 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
+use super::interpretation;
 use crate::volume::data_error::invalid;
 
 /// Bytes of a value, by the number of its type from 1 on.
 const SIZES: [u64; 18] = [1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8];
 
-/// Checks that every value of every directory is in a file of `length` bytes, and leaves the reader at the start.
+/// The tag of the interpretation of numbers as colours.
+const PHOTOMETRIC_INTERPRETATION: u64 = 262;
+
+/// Checks that every value of every directory is in a file of `length` bytes. Returns the places of the lowest bytes of
+/// interpretations that are replaced.
 ///
 /// # Errors
 ///
 /// `InvalidData` if one is not, or the directories form a circle. The decoder rejects files that are not TIFF.
-pub(super) fn check(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
-    let found = check_all(reader, length);
-    reader.seek(SeekFrom::Start(0))?;
-    match found {
+pub(super) fn check(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<u64>> {
+    match check_all(reader, length) {
         Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
             Err(invalid("the file ends inside a directory of pages"))
         }
@@ -24,7 +27,7 @@ pub(super) fn check(reader: &mut (impl Read + Seek), length: u64) -> io::Result<
     }
 }
 
-fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
+fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<u64>> {
     let mut head = [0; 4];
     reader.read_exact(&mut head)?;
     let big_endian = head[0] == b'M';
@@ -36,6 +39,7 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
     }
     let mut at = file.next(width)?;
     let mut n_left = length / 6 + 1;
+    let mut replaced = Vec::new();
     while at != 0 {
         n_left = n_left
             .checked_sub(1)
@@ -45,7 +49,8 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
         if n_entries > length / 12 {
             return Err(invalid(format!("a directory of {n_entries} entries in {length} bytes")));
         }
-        for _ in 0..n_entries {
+        let (head_bytes, entry_bytes) = if is_big { (8, 20) } else { (2, 12) };
+        for i in 0..n_entries {
             let (tag, kind) = (file.next(2)?, file.next(2)?);
             let n = file.next(width)?;
             let size = SIZES.get((kind as usize).wrapping_sub(1)).copied().unwrap_or(0);
@@ -54,11 +59,21 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
                     "{n} values of tag {tag} in a file of {length} bytes"
                 )));
             }
-            file.next(width)?;
+            let mut value = [0; 8];
+            file.reader.read_exact(&mut value[..width])?;
+            let size = size as usize;
+            if tag == PHOTOMETRIC_INTERPRETATION && n == 1 && (1..=width).contains(&size) {
+                let value = file.number(value, size);
+                let lowest = if big_endian { size as u64 - 1 } else { 0 };
+                let place = at + head_bytes + (i + 1) * entry_bytes - width as u64 + lowest;
+                if interpretation::is_replaced(value) {
+                    replaced.push(place);
+                }
+            }
         }
         at = file.next(width)?;
     }
-    Ok(())
+    Ok(replaced)
 }
 
 /// Reads numbers in the byte order of the file.
@@ -72,9 +87,16 @@ impl<R: Read> NumberReader<'_, R> {
     fn next(&mut self, width: usize) -> io::Result<u64> {
         let mut bytes = [0; 8];
         self.reader.read_exact(&mut bytes[..width])?;
+        Ok(self.number(bytes, width))
+    }
+
+    /// The number of the first `width` bytes.
+    fn number(&self, bytes: [u8; 8], width: usize) -> u64 {
+        let mut number = [0; 8];
+        number[..width].copy_from_slice(&bytes[..width]);
         if self.big_endian {
-            bytes[..width].reverse();
+            number[..width].reverse();
         }
-        Ok(u64::from_le_bytes(bytes))
+        u64::from_le_bytes(number)
     }
 }

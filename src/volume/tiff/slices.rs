@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::input;
 use crate::volume::data_error::{invalid, read_error};
 use crate::volume::decode::select_channel;
+use crate::volume::decoder_panic::catch_panic;
 use crate::volume::format::is_slice_image;
 use crate::volume::layout::Channel;
 use crate::volume::placement::Placement;
@@ -112,8 +113,12 @@ fn no_slices(folder: &Path) -> Error {
 fn read_slice(path: &Path, options: &ReadOptions) -> Result<SampleGrid> {
     let (file, length) = input::open(path)?;
     let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    let read = if is_png { read_png } else { super::read };
-    let grid = read(file, length, options).map_err(|e| read_error(path, e))?;
+    let grid = if is_png {
+        catch_panic("PNG", || read_png(file, length, options))
+    } else {
+        catch_panic("TIFF", || super::read_page(file, length, options))
+    };
+    let grid = grid.map_err(|e| read_error(path, e))?;
     if grid.dims[2] != 1 {
         let n = grid.dims[2];
         return Err(Error::input(format!("{}: {n} pages, expected one", path.display())));

@@ -61,9 +61,17 @@ pub(super) fn parse_tag(tag: &BytesStart<'_>, is_of_cells: bool) -> io::Result<V
 impl VtiArray {
     /// The number type, which only the chosen array needs.
     pub(super) fn sample_type(&self) -> io::Result<SampleType> {
+        if self.is_of_bits() {
+            return Ok(SampleType::U8);
+        }
         SampleType::from_name(&self.type_name).ok_or_else(|| {
             invalid(format!("type '{}', expected a number type", shortened(&self.type_name)))
         })
+    }
+
+    /// Whether a number is a bit.
+    pub(super) fn is_of_bits(&self) -> bool {
+        self.type_name == "Bit"
     }
 
     /// Appends text of the element.

@@ -76,6 +76,15 @@ pub(super) fn read_base64(
 ) -> io::Result<Samples> {
     let text: Vec<u8> = text.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
     if !encoding.is_compressed {
+        // Some writers encode the length separately: padding ends it.
+        let n_length_bytes = encoding.length_bytes as u64;
+        let length = part(&text, 0, n_length_bytes);
+        if length.contains(&b'=') {
+            let mut bytes = decode_base64(length)?;
+            let start = n_characters(n_length_bytes);
+            bytes.extend(decode_base64(part(&text, start, layout.size()?.1))?);
+            return read(&mut &bytes[..], bytes.len() as u64, encoding, layout);
+        }
         let wanted = layout.size()?.1.saturating_add(encoding.length_bytes as u64);
         let bytes = decode_base64(part(&text, 0, wanted))?;
         return read(&mut &bytes[..], bytes.len() as u64, encoding, layout);
