@@ -1,7 +1,7 @@
 //! The computation of a spectrum from a volume in memory.
 
 use isospectrum::bricks::{
-    self, BrickLimits, Parts, Plan, SIDE, Strategy, Survey, VolumeSource, compute_parts,
+    self, BrickLimits, Parts, Plan, Strategy, Survey, VolumeSource, compute_parts,
 };
 use isospectrum::file::{self, TemporaryFolder};
 use isospectrum::settings::{ByteSize, NoiseSettings, useful_threads};

@@ -32,7 +32,7 @@ impl Folder {
         };
         let bytes = spectrum.get_or_init(|| {
             let folder = Folder::new();
-            folder.run(&["compute", "--phantom", name, "--backend", "cpu", "-o", "s.isp"]);
+            folder.run(&["compute", "-q", "--phantom", name, "--backend", "cpu", "-o", "s.isp"]);
             folder.read("s.isp")
         });
         let folder = Folder::new();

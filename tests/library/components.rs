@@ -218,7 +218,9 @@ fn components_are_measured_and_selected_in_world_units() {
     let bytes: Vec<u8> = (0..40 * 12 * 12).flat_map(|i| sample(i).to_le_bytes()).collect();
     folder.write("balls_40x12x12_float32.raw", &bytes);
     let spacing = ["--spacing", "0.5,1,1", "--origin", "100,0,0", "--backend", "cpu"];
-    folder.run(&[&["compute", "balls_40x12x12_float32.raw", "-o", "s.isp"][..], &spacing].concat());
+    folder.run(
+        &[&["compute", "-q", "balls_40x12x12_float32.raw", "-o", "s.isp"][..], &spacing].concat(),
+    );
     let report_with = |flags: &[&str]| -> serde_json::Value {
         let output = folder.run(&[&["components", "s.isp", "-c", "0", "--json"], flags].concat());
         serde_json::from_slice(&output.stdout).expect("JSON")
@@ -292,7 +294,7 @@ fn the_table_shows_the_unit_if_the_volume_has_one() {
     folder.write("v.nrrd", &bytes);
     folder.write("v_6x6x6_uint8.raw", &bytes[head.len()..]);
     for (volume, unit) in [("v.nrrd", Some("mm")), ("v_6x6x6_uint8.raw", None)] {
-        folder.run(&["compute", volume, "-o", "s.isp", "--backend", "cpu"]);
+        folder.run(&["compute", "-q", volume, "-o", "s.isp", "--backend", "cpu"]);
         let output = folder.run(&["components", "s.isp", "-c", "100"]).stdout;
         let table = String::from_utf8(output).expect("text");
         let head = table.lines().nth(1).expect("a head");

@@ -457,7 +457,7 @@ fn an_stl_of_a_mesh_that_meets_samples_is_closed_when_corners_are_welded() {
     let mut random = random::Random(7);
     let samples: Vec<u8> = (0..512).map(|_| random.below(6) as u8).collect();
     folder.write("v_8x8x8_uint8.raw", &samples);
-    folder.run(&["compute", "v_8x8x8_uint8.raw", "--backend", "cpu", "-o", "s.isp"]);
+    folder.run(&["compute", "-q", "v_8x8x8_uint8.raw", "--backend", "cpu", "-o", "s.isp"]);
     let mut n_merged = 0;
     for isovalue in ["1", "2", "2.5", "3", "4"] {
         for name in ["m.stl", "m.ply"] {

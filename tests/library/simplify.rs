@@ -183,7 +183,7 @@ fn a_simplified_spectrum_is_marked_and_verified_against_the_simplified_volume() 
     let found = json(&folder.run(&verify));
     assert_eq!(found["totals"]["topology_right"], found["totals"]["isovalues"]);
     // The volume without simplification is a different one.
-    folder.run(&["compute", "--phantom", "noise:8", "--backend", "cpu", "-o", "given.isp"]);
+    folder.run(&["compute", "-q", "--phantom", "noise:8", "--backend", "cpu", "-o", "given.isp"]);
     let given = json(&folder.run(&["info", "given.isp", "--json"]));
     assert_ne!(given["volume"]["range"], info["volume"]["range"]);
 }

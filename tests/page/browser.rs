@@ -87,7 +87,7 @@ mod real_volumes {
         let folder = Folder::new();
         // The trajectories of the extraction at 188.7 reach from 134 to 195.
         let flags = ["--range", "133:196", "--backend", "cpu", "-o", "nucleon.isp"];
-        folder.run(&[&["compute", volume][..], &flags].concat());
+        folder.run(&[&["compute", "-q", volume][..], &flags].concat());
         folder.run(&["html", "nucleon.isp", "-o", "nucleon.html"]);
         folder.write("expected.json", br#"{ "shaded": { "nucleon.html": [188.7] } }"#);
         run_node(&folder, Some("normals"));
@@ -238,7 +238,7 @@ fn noise(n: usize) -> Vec<u8> {
 /// The page of a volume of noise.
 fn write_noise(folder: &Folder) {
     folder.write("noise_9x9x9_uint8.raw", &noise(9 * 9 * 9));
-    folder.run(&["compute", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
+    folder.run(&["compute", "-q", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
     folder.run(&["html", "noise.isp", "-o", "noise.html"]);
 }
 
@@ -282,7 +282,9 @@ fn write_ball(folder: &Folder) {
     let samples: Vec<u8> = (0..SIDE.pow(3)).map(sample).collect();
     folder.write("ball_40x40x40_uint8.raw", &samples);
     let flags = ["--range", "60:200", "--backend", "cpu"];
-    folder.run(&[&["compute", "ball_40x40x40_uint8.raw", "-o", "ball.isp"][..], &flags].concat());
+    folder.run(
+        &[&["compute", "-q", "ball_40x40x40_uint8.raw", "-o", "ball.isp"][..], &flags].concat(),
+    );
     folder.run(&["html", "ball.isp", "-o", "ball.html"]);
 }
 
@@ -298,7 +300,7 @@ fn write_split(folder: &Folder) {
         samples[start..start + NOISE].copy_from_slice(row);
     }
     folder.write("large_33x33x33_uint8.raw", &samples);
-    let compute = ["compute", "large_33x33x33_uint8.raw", "-o", "large.isp"];
+    let compute = ["compute", "-q", "large_33x33x33_uint8.raw", "-o", "large.isp"];
     folder.run(&[&compute[..], &["--backend", "cpu"]].concat());
     folder.run(&["html", "large.isp", "--split", "split"]);
     folder.run(&["html", "large.isp", "-o", "unsplit.html"]);

@@ -135,7 +135,7 @@ fn analyze_and_info_count_the_same_events() {
     // A plateau in few grey levels: the exact topology has more critical points than the volume has events.
     let samples: Vec<u8> = (0..7 * 7 * 7u32).map(|i| (i * i % 11 / 4) as u8).collect();
     folder.write("v_7x7x7_uint8.raw", &samples);
-    folder.run(&["compute", "v_7x7x7_uint8.raw", "--backend", "cpu", "-o", "v.isp"]);
+    folder.run(&["compute", "-q", "v_7x7x7_uint8.raw", "--backend", "cpu", "-o", "v.isp"]);
     let info = json(&folder.run(&["info", "v.isp", "--json"]));
     let analysis = json(&folder.run(&["analyze", "v_7x7x7_uint8.raw", "--samples", "2", "--json"]));
     for count in ["n_events", "n_event_isovalues"] {

@@ -146,8 +146,8 @@ fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
         for (name, bytes) in &files {
             folder.write(name, bytes);
         }
-        folder.run(&["compute", "blobs_16x16x16_float32.raw", "-o", "blobs.isp"]);
-        folder.run(&["compute", "density.cube", "-o", "density.isp"]);
+        folder.run(&["compute", "-q", "blobs_16x16x16_float32.raw", "-o", "blobs.isp"]);
+        folder.run(&["compute", "-q", "density.cube", "-o", "density.isp"]);
         files.push(("blobs.isp", folder.read("blobs.isp")));
         files.push(("density.isp", folder.read("density.isp")));
         files
@@ -178,7 +178,7 @@ fn run_as_written(page: &str) {
     static SPECTRUM: OnceLock<Vec<u8>> = OnceLock::new();
     let spectrum = SPECTRUM.get_or_init(|| {
         let folder = Folder::new();
-        folder.run(&["compute", "--phantom", "blobs:24", "-o", "blobs.isp"]);
+        folder.run(&["compute", "-q", "--phantom", "blobs:24", "-o", "blobs.isp"]);
         folder.read("blobs.isp")
     });
     run(page, &text(page), &[("blobs.isp", spectrum)]);

@@ -15,7 +15,7 @@ const CLOSE: (i32, i32) = (668, 564);
 fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
-    folder.run(&["compute", "--phantom", "torus:10", "--backend", "cpu", "-o", "torus.isp"]);
+    folder.run(&["compute", "-q", "--phantom", "torus:10", "--backend", "cpu", "-o", "torus.isp"]);
     let window = Window::open_titled(&server, &folder, &[], "isospectrum");
     let (width, screen) = server.screen();
     // Letters are dark on light: the empty window can be read.

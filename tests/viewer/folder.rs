@@ -52,7 +52,7 @@ fn assert_rendered(window: &Window<'_>, folder: &Folder, isovalue: f64) {
 fn the_window_reads_only_the_parts_that_it_shows() {
     let server = Server::start();
     let folder = Folder::new();
-    let compute = ["compute", "--phantom", "noise:41:6", "--brick", "20", "--backend", "cpu"];
+    let compute = ["compute", "-q", "--phantom", "noise:41:6", "--brick", "20", "--backend", "cpu"];
     folder.run(&[&compute[..], &["-q", "-o", "s.ispt"]].concat());
     let path = folder.path().join("s.ispt");
     let split = SpectrumFolder::open(&path).expect("just written");

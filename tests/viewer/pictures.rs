@@ -49,7 +49,7 @@ fn the_window_shows_overlays_and_occlusion_as_render_does() {
     let server = Server::start();
     let folder = Folder::new();
     // A ring, which has a hollow.
-    folder.run(&["compute", "--phantom", "torus:14", "--backend", "cpu", "-o", "s.isp"]);
+    folder.run(&["compute", "-q", "--phantom", "torus:14", "--backend", "cpu", "-o", "s.isp"]);
     let window = Window::open(&server, &folder, &["s.isp", "-c", "0.65"]);
     window.point(400, 250);
     // The first picture fits the window of the first frame, which may have had another size.

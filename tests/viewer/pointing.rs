@@ -16,7 +16,7 @@ fn two_balls() -> Folder {
     };
     let bytes: Vec<u8> = (0..40 * 20 * 20).flat_map(|i| sample(i).to_le_bytes()).collect();
     folder.write("balls_40x20x20_float32.raw", &bytes);
-    folder.run(&["compute", "balls_40x20x20_float32.raw", "-o", "s.isp", "--backend", "cpu"]);
+    folder.run(&["compute", "-q", "balls_40x20x20_float32.raw", "-o", "s.isp", "--backend", "cpu"]);
     folder
 }
 
