@@ -177,7 +177,7 @@ fn a_masked_volume_may_be_a_folder_of_parts() {
     let volumes = ["slope_16x16x16_uint8.raw", "--mask", "ball_16x16x16_uint8.raw"];
     for name in ["b.isp", "b.ispt"] {
         let flags = ["--backend", "cpu", "--brick", "8", "-q", "-o", name];
-        folder.run(&[&["compute", "-q"][..], &volumes[..], &flags].concat());
+        folder.run(&[&["compute"], &volumes[..], &flags].concat());
     }
     let sorted = |name: &str, flags: &[&str]| {
         folder.run(&[&["extract", name, "-c", "115", "-o", "b.ply"], flags].concat());
