@@ -29,7 +29,7 @@ importlib.import_module("anywidget")
 
 #: WebGL2 on SwiftShader, which needs no graphics card; no background requests.
 FLAGS = [
-    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing", "--no-sandbox", "--no-first-run",
+    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
 
