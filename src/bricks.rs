@@ -31,7 +31,7 @@ mod source;
 mod strategy;
 mod survey;
 
-pub use blocks::{Blocks, cut};
+pub use blocks::{Blocks, check_side, cut};
 pub use head::PartHead;
 pub use local::{BrickLimits, compute_part, compute_parts};
 pub use merge::merge;

@@ -28,10 +28,12 @@ type Frame = ([f64; 3], [f64; 3], [[f64; 3]; 3], String, String);
 /// A box of samples along x, y, z: the first sample, and the one after the last.
 type Block = ([usize; 3], [usize; 3]);
 
-/// The blocks into which a volume is cut.
+/// The blocks into which a volume is cut; an error for bricks that are too small.
 #[pyfunction]
-pub(crate) fn cut(dims: [usize; 3], brick: Option<usize>) -> Vec<Block> {
-    bricks::cut(dims, brick.unwrap_or(bricks::SIDE))
+pub(crate) fn cut(dims: [usize; 3], brick: Option<usize>) -> PyResult<Vec<Block>> {
+    let side = brick.unwrap_or(bricks::SIDE);
+    bricks::check_side(side).map_err(raised)?;
+    Ok(bricks::cut(dims, side))
 }
 
 /// A tally of samples, from which the statistics of a volume with values in `range` are summed up; as bytes.

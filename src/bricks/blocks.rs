@@ -1,9 +1,27 @@
 //! Cutting a volume into blocks of samples.
 
+use crate::error::{Error, Result};
 use crate::volume::Volume;
 
 /// Blocks of samples along x, y, z: for each the first sample and the one after the last.
 pub type Blocks = Vec<([usize; 3], [usize; 3])>;
+
+/// Fewest cells along the side of a brick: smaller bricks have more border than interior.
+const MIN_SIDE: usize = 4;
+
+/// Checks the side of bricks, before samples are read.
+///
+/// # Errors
+///
+/// [`Error::Usage`] for bricks smaller than 4 cells.
+pub fn check_side(side: usize) -> Result<()> {
+    if side < MIN_SIDE {
+        return Err(Error::Usage(format!(
+            "bricks of {side} cells, expected {MIN_SIDE} or more along a side"
+        )));
+    }
+    Ok(())
+}
 
 /// Cuts a volume of `dims` samples into blocks, x fastest. Their number along an axis makes their sides as close to `side` cells as
 /// possible; sides differ by at most two cells. Neighbouring blocks share one plane of samples.

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{checksum, cut};
+use super::blocks::{check_side, checksum, cut};
 use super::source::{OpenVolume, VolumeSource};
 use super::survey::Survey;
 use crate::error::{Error, Result};
@@ -22,9 +22,6 @@ pub const SIDE: usize = 128;
 
 /// Version of the formats of plans and parts.
 const VERSION: u32 = 1;
-
-/// Fewest cells along the side of a brick: smaller bricks have more border than interior.
-const MIN_SIDE: usize = 4;
 
 /// Most bricks of a plan: its file then takes about a hundred megabytes.
 const MAX_BRICKS: usize = 1 << 20;
@@ -97,11 +94,7 @@ impl Plan {
         parameters: &Parameters,
         side: usize,
     ) -> Result<Plan> {
-        if side < MIN_SIDE {
-            return Err(Error::Usage(format!(
-                "bricks of {side} cells, expected {MIN_SIDE} or more along a side"
-            )));
-        }
+        check_side(side)?;
         parameters.check_for_blocks()?;
         let info = survey.info();
         let parameters = parameters.within(info.range)?;
