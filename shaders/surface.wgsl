@@ -11,7 +11,7 @@ struct SurfaceUniforms {
     eye_from_normal: mat4x4<f32>,
     /// Linear colour of the outer side of a plain surface.
     front: vec4<f32>,
-    /// Linear colour of the side towards higher values of a plain surface; tints that side of other surfaces.
+    /// Linear colour of the inner side of a plain surface; tints that side of other surfaces.
     back: vec4<f32>,
     /// Linear colour and opacity of the wireframe.
     wire: vec4<f32>,

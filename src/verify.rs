@@ -23,7 +23,6 @@ mod ray;
 mod report;
 mod triangle_grid;
 
-use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::extract::count::count;
@@ -31,7 +30,7 @@ use crate::progress::Progress;
 use crate::random::Random;
 use crate::spectrum::{Mesh, Query, Spectrum};
 use crate::topology::exact::ExactField;
-use crate::volume::Volume;
+use crate::volume::{Placement, Volume};
 
 pub use coherence::{Coherence, EventCoherence};
 pub use distribution::Summary;
@@ -100,12 +99,15 @@ pub fn verify(
     let mut pooled = Geometry::new();
     let mut rows = Vec::new();
     let mut query = Query::new(spectrum);
-    let mut measure_at = |isovalue: f64, at_event: bool| -> Result<Mesh> {
-        progress.report(rows.len() as f64 / n_all, "verifying");
+    let mut mesh_at = |isovalue: f64, n_done: usize| -> Result<Mesh> {
+        progress.report(n_done as f64 / n_all, "verifying");
         if progress.cancelled() {
             return Err(Error::Interrupted);
         }
-        let mesh = query.mesh_at(isovalue)?;
+        query.mesh_at(isovalue)
+    };
+    let mut measure_at = |isovalue: f64, at_event: bool| -> Result<Mesh> {
+        let mesh = mesh_at(isovalue, rows.len())?;
         let (row, geometry) =
             measured(&field, topology_row(&field, isovalue, at_event, &mesh), &mesh);
         if let Some(geometry) = geometry.filter(|_| !at_event) {
@@ -129,11 +131,8 @@ pub fn verify(
     let (at_events, beyond_at_events) = jumps_at(&pairs)?;
     let (elsewhere, beyond_elsewhere) = jumps_at(&elsewhere)?;
     for isovalue in neighbours {
-        progress.report(rows.len() as f64 / n_all, "verifying");
-        if progress.cancelled() {
-            return Err(Error::Interrupted);
-        }
-        let row = topology_row(&field, isovalue, true, &query.mesh_at(isovalue)?);
+        let mesh = mesh_at(isovalue, rows.len())?;
+        let row = topology_row(&field, isovalue, true, &mesh);
         rows.push(Row { is_neighbour: true, ..row });
     }
     let continuity = Continuity {
@@ -145,44 +144,6 @@ pub fn verify(
         tracked_share: tracked_share(spectrum, &single),
     };
     Ok(Report::new(spectrum, sampling, limits, rows, &pooled, continuity))
-}
-
-/// The result of [`spot_check`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct SpotCheck {
-    /// Number of isovalues, in the middle of equal parts of the range.
-    pub n_isovalues: usize,
-    /// Share of the triangles' barycentres within the tolerance of the isosurface, of at most 20,000 at each isovalue; `None` without
-    /// triangles.
-    pub within_tolerance_share: Option<f64>,
-    /// Mean radius ratio of these triangles.
-    pub radius_ratio: Option<f64>,
-}
-
-/// Measures a spectrum against its volume at a few isovalues, much faster than [`verify`].
-///
-/// # Errors
-///
-/// [`Error::Input`] if the volume is not the spectrum's.
-pub fn spot_check(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<SpotCheck> {
-    check_same_volume(spectrum, volume)?;
-    let (low, high) = spectrum.range();
-    let mut query = Query::for_some(spectrum, n_isovalues);
-    let mut pooled = Geometry::new();
-    for i in 0..n_isovalues {
-        let share = (i as f64 + 0.5) / n_isovalues as f64;
-        let isovalue = low * (1.0 - share) + high * share;
-        let mesh = query.mesh_at(isovalue)?;
-        if measure::is_placed(volume, &mesh) {
-            pooled.merge(&measure::spot_check(volume, isovalue, &mesh));
-        }
-    }
-    Ok(SpotCheck {
-        n_isovalues,
-        within_tolerance_share: pooled.barycentre_deviation.share_within(spectrum.tolerance()),
-        radius_ratio: pooled.radius_ratio.summary().mean,
-    })
 }
 
 fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
@@ -205,6 +166,15 @@ fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
             volume.range().1,
             of.range.0,
             of.range.1,
+            of.name
+        )));
+    }
+    // Positions are in the voxel frame, whose cells follow from the spacing.
+    let [expected, found] = [&of.placement, volume.placement()].map(Placement::cell_size);
+    if expected != found {
+        return Err(Error::input(format!(
+            "{}: cells of {found:?} voxels, expected {expected:?} as the spectrum of {} has",
+            volume.name(),
             of.name
         )));
     }

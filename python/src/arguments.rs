@@ -122,6 +122,7 @@ fn parameters_of(given: &Bound<'_, PyDict>) -> PyResult<Parameters> {
             "relax" => parameters.relax_strength = number()?,
             "relax_force" => parameters.relax_force = number()?,
             "relax_iterations" => parameters.relax_iterations = value.extract()?,
+            "starts" => parameters.starts = Some(value.extract()?),
             "initial_mesh" => parameters.initial_mesh = Some(value.extract()?),
             _ => return Err(usage(format!("unknown parameter '{name}'"))),
         }

@@ -34,6 +34,11 @@ pub(super) struct ParameterArguments {
     /// Isovalue to start from, in any form that --isovalue takes elsewhere
     #[arg(long, value_name = "C", allow_hyphen_values = true, hide_short_help = true, help_heading = heading::TRACKING)]
     start: Option<Isovalue>,
+    /// Number of starts, each with a part of the range of its own [default: by the expected size]
+    ///
+    /// More starts use more processors, and make the file larger: the mesh changes where two parts meet.
+    #[arg(long, value_name = "N", conflicts_with = "start", hide_short_help = true, help_heading = heading::TRACKING)]
+    starts: Option<usize>,
     /// Start from this closed mesh, at the isovalue of --start
     #[arg(long, value_name = "MESH.ply", requires = "start", hide_short_help = true, help_heading = heading::TRACKING)]
     initial_mesh: Option<PathBuf>,
@@ -81,6 +86,7 @@ impl ParameterArguments {
             .with_relax_strength(self.relax)
             .with_relax_force(self.relax_force)
             .with_relax_iterations(self.relax_iterations)
+            .with_starts(self.starts)
             .with_initial_mesh(self.initial_mesh.clone());
         SweepSettings { range: self.range, start: self.start, parameters }
     }

@@ -162,8 +162,6 @@ impl<'a> VectorReader<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Tables<'a> {
     pub(super) volume: &'a VolumeInfo,
-    /// Size of a cell in the frame of the positions.
-    pub(super) cell_size: [f64; 3],
     pub(super) isovalues: &'a [f64],
     pub(super) ranks: &'a Ranks,
     pub(super) triangles: &'a [Triangle],
@@ -171,7 +169,7 @@ pub(super) struct Tables<'a> {
 
 /// Reads section `POSN` of a file.
 pub(super) fn read_geometry(content: &Content, tables: Tables, units: Units) -> Result<Vec<Knot>> {
-    let Tables { volume, cell_size, isovalues, ranks, triangles } = tables;
+    let Tables { volume, isovalues, ranks, triangles } = tables;
     let mut columns = content.columns();
     let (n_lattice, n) = counts(ranks);
     let mut starts = VectorReader::new(&mut columns, n_lattice)?;
@@ -180,7 +178,7 @@ pub(super) fn read_geometry(content: &Content, tables: Tables, units: Units) -> 
         [VectorReader::new(&mut columns, n[FIRST])?, VectorReader::new(&mut columns, n[FURTHER])?];
     columns.end()?;
 
-    let samples = Samples::with_cells(volume, cell_size, units);
+    let samples = Samples::new(volume, units);
     let mut predictor = Predictor::new(ranks, isovalues, triangles)?;
     let mut knots = Vec::with_capacity(ranks.ranks.len());
     for v in 0..ranks.n_vertices() {

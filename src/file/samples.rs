@@ -22,16 +22,11 @@ pub(super) struct Samples {
 impl Samples {
     /// The samples of a volume, in these units. There are none if the volume has no valid placement.
     pub(super) fn new(volume: &VolumeInfo, units: Units) -> Self {
-        Samples::with_cells(volume, volume.placement.cell_size(), units)
-    }
-
-    /// As [`Samples::new`], with cells of another size than those of the voxel frame.
-    pub(super) fn with_cells(volume: &VolumeInfo, cell_size: [f64; 3], units: Units) -> Self {
         let is_known = volume.placement.check().is_ok();
         let dims = volume.dims.map(|n| i64::try_from(n).unwrap_or(0));
         Samples {
             dims: if is_known { dims } else { [0; 3] },
-            cell: cell_size.map(|s| s * units.per_voxel),
+            cell: volume.placement.cell_size().map(|s| s * units.per_voxel),
             units,
         }
     }

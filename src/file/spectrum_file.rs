@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::column::Content;
 use super::geometry::{self, Tables};
-use super::header::{Frame, MAX_INFO, after_header, header, in_section, read_info, version_of};
+use super::header::{MAX_INFO, after_header, header, in_section, read_info};
 use super::parts::Parts;
 use super::section::{Packing, Section, split_section, trailing_bytes, write_section};
 use super::units::Units;
@@ -88,7 +88,7 @@ pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
             info.bytes().len()
         )));
     }
-    let mut file = header(version_of(spectrum.volume()));
+    let mut file = header();
     write_section(&mut file, *b"INFO", &info, Packing::Raw, 0);
     for (tag, content) in [
         (*b"EVNT", Content::Plain(tables::write_events(spectrum.events()).into())),
@@ -118,13 +118,9 @@ fn n_unused(spectrum: &Spectrum) -> usize {
 /// [`Error::Input`] if they are not a spectrum file, are damaged, or the spectrum does not pass
 /// [`Spectrum::check`].
 pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
-    let (version, rest) = after_header(bytes)?;
-    let sections = Sections::split(rest)?;
+    let sections = Sections::split(after_header(bytes)?)?;
     let info = read_info(&sections.info)?;
-    let frame = Frame::of(version, info.volume());
-    let mut events =
-        tables::read_events(&sections.events.content()?).map_err(in_section("EVNT"))?;
-    frame.convert_events(&mut events);
+    let events = tables::read_events(&sections.events.content()?).map_err(in_section("EVNT"))?;
     let isovalues =
         tables::read_isovalues(&sections.isovalues.content()?).map_err(in_section("ISOV"))?;
     let max_unused = sections.max_unused()?;
@@ -141,13 +137,11 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let units = Units::of_file(info.tolerance);
     let tables = Tables {
         volume: info.volume(),
-        cell_size: frame.cell_size,
         isovalues: &isovalues,
         ranks: &ranks,
         triangles: &triangles,
     };
-    let mut knots = geometry::read_geometry(&content, tables, units).map_err(in_section("POSN"))?;
-    frame.convert_knots(&mut knots);
+    let knots = geometry::read_geometry(&content, tables, units).map_err(in_section("POSN"))?;
     drop(content);
     let collapses =
         tables::read_collapses(&sections.collapses.content()?).map_err(in_section("COLL"))?;

@@ -3,7 +3,7 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::header::{Frame, HEADER_LENGTH, MAX_INFO, after_header, in_section, read_info};
+use super::header::{HEADER_LENGTH, MAX_INFO, after_header, in_section, read_info};
 use super::section::{self, Section, split_section, stored_length};
 use super::tables;
 use crate::error::{Error, Result};
@@ -48,13 +48,12 @@ impl Summary {
     /// [`Error::Input`], also if reading fails.
     pub fn from_reader(file: &mut (impl Read + Seek), length: u64) -> Result<Summary> {
         let mut rest = Rest { file, left: length };
-        let (version, _) = after_header(&rest.take(length.min(HEADER_LENGTH as u64))?)?;
+        after_header(&rest.take(length.min(HEADER_LENGTH as u64))?)?;
         let stored = rest.section(*b"INFO", MAX_INFO as u64)?;
         let info = read_info(&whole_section(&stored, *b"INFO")?)?;
         let stored = rest.section(*b"EVNT", u64::MAX)?;
         let events = whole_section(&stored, *b"EVNT")?.content()?;
-        let mut events = tables::read_events(&events).map_err(in_section("EVNT"))?;
-        Frame::of(version, info.volume()).convert_events(&mut events);
+        let events = tables::read_events(&events).map_err(in_section("EVNT"))?;
         for tag in SKIPPED {
             rest.skip(tag)?;
         }

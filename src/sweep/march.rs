@@ -1,4 +1,4 @@
-//! The march over the sampling isovalues, upwards and downwards from a start, for the whole isosurface at once.
+//! The march over the sampling isovalues, upwards and downwards from one start or several, for the whole isosurface at once.
 //!
 //! # The sweep in eighteen steps
 //!
@@ -7,10 +7,11 @@
 //! 1. **Topology and calendar** (`context.rs`, `calendar.rs`). The exact field orders all samples by keys without ties. The
 //!    contour tree gives the events. The calendar lists by key everything that the isovalue passes: samples, saddles of lattice
 //!    squares, squares with four equal samples, critical points.
-//! 2. **Start** (`march/length.rs`, `march/run.rs`). The start isovalue has half of the work on either side, work being range and
-//!    number of samples in equal parts. There the whole isosurface is exact, that is, the exact extraction (with an initial mesh
-//!    it is tracked instead, `initial.rs`). After the first exchange the state is copied, and one march goes up, one down, in
-//!    parallel.
+//! 2. **Starts** (`march/stretches.rs`, `march/run.rs`). The range is divided into stretches, as many as the forecast allows. The
+//!    start isovalue of a stretch has half of its work on either side, work being range and number of samples in equal parts. There
+//!    the whole isosurface is exact, that is, the exact extraction (with an initial mesh it is tracked instead, `initial.rs`). After
+//!    the first exchange the state is copied, and one march goes up, one down, to the ends of the stretch. All marches run in
+//!    parallel. At a meeting of two stretches one mesh ends and the other begins.
 //! 3. **State** (`march/state.rs`, `tracked.rs`, `region.rs`). The tracked mesh, a half-edge mesh closed by a fan of caps over
 //!    every boundary loop; the region of exact cells, in blocks of 2^3; by block the isovalue since which it is exact, and until
 //!    which step it must stay exact (back-off).
@@ -59,5 +60,6 @@ mod run;
 mod slide;
 mod state;
 mod step;
+mod stretches;
 
 pub(super) use run::{Marched, march};

@@ -10,6 +10,9 @@ use crate::setters::setters;
 /// Most sampling isovalues of a sweep: fifteen for each grey level of 16 bits. The sweep adds those that events need.
 const MAX_SAMPLES: f64 = 1e6;
 
+/// Most starts of a sweep: as many as grey levels of 8 bits.
+const MAX_STARTS: usize = 256;
+
 /// Most relaxations in a sampling step: a thousand times the default, by which the forces have vanished.
 const MAX_RELAX_ITERATIONS: u32 = 10_000;
 
@@ -51,6 +54,9 @@ pub struct Parameters {
     pub max_edge: f64,
     /// Isovalue of the initial mesh.
     pub start: Option<f64>,
+    /// Number of starts, each with a part of the range of its own; by the forecast if absent.
+    #[serde(default)]
+    pub starts: Option<usize>,
     /// File with a mesh for `start`.
     pub initial_mesh: Option<PathBuf>,
 }
@@ -70,6 +76,7 @@ impl Parameters {
         with_step(step: f64),
         with_samples(samples: usize),
         with_start(start: f64),
+        with_starts(starts: usize),
         with_initial_mesh(initial_mesh: PathBuf),
     }
 }
@@ -119,6 +126,16 @@ impl Parameters {
             let message = format!("{n:.3e} sampling isovalues, expected at most {MAX_SAMPLES}");
             return Err(Error::Usage(message));
         }
+        if let Some(n) = self.starts {
+            if !(1..=MAX_STARTS).contains(&n) {
+                return Err(Error::Usage(format!("{n} starts, expected 1 to {MAX_STARTS}")));
+            }
+            if n > 1 && self.start.is_some() {
+                return Err(Error::Usage(format!(
+                    "a start isovalue and {n} starts, expected one start"
+                )));
+            }
+        }
         if self.relax_iterations > MAX_RELAX_ITERATIONS {
             return Err(Error::Usage(format!(
                 "{} relaxations in a step, expected at most {MAX_RELAX_ITERATIONS}",
@@ -158,6 +175,7 @@ impl Default for Parameters {
             relax_iterations: 6,
             max_edge: 4.0,
             start: None,
+            starts: None,
             initial_mesh: None,
         }
     }

@@ -167,9 +167,14 @@ fn select_series(
     )))
 }
 
-/// Largest part of a series that is left out as turned against the others, and least number of those.
+/// Largest share of a series that is left out because it is turned against the others.
 const MAX_TURNED: f64 = 0.25;
+
+/// Fewest parallel slices of a series from which others are left out.
 const MIN_PARALLEL: usize = 4;
+
+/// Most orientations in a series with localizers.
+const MAX_ORIENTATIONS: usize = 16;
 
 /// The images of a series without a few that are turned against all others, which are parallel: localizers.
 fn without_localizers(images: Vec<DicomImage>) -> Vec<DicomImage> {
@@ -201,9 +206,6 @@ fn without_localizers(images: Vec<DicomImage>) -> Vec<DicomImage> {
     }
     kept
 }
-
-/// Most orientations in a series with localizers.
-const MAX_ORIENTATIONS: usize = 16;
 
 /// A series for messages. UIDs, of at most 64 characters, are shown in full: many differ at their end only.
 fn describe_series((i, images): (usize, &Vec<DicomImage>)) -> String {

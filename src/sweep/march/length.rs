@@ -33,8 +33,9 @@ const MIN_STEP_LEVELS: f64 = 0.125;
 /// Number of shortest steps in a range at least, for samples with an outlier far beyond the range.
 const MIN_SHORT_STEPS: f64 = 64.0;
 
-/// The isovalue that a sweep starts from: half of the work is on either side. For integer samples it is between two integers.
-pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
+/// The isovalue below which a share of the work is. For integer samples it is between two integers; with a fixed step, a sampling
+/// isovalue.
+pub(super) fn isovalue_at_share(sweep: &Sweep, calendar: &Calendar, share: f64) -> f64 {
     let (low, high) = sweep.range;
     let (mut below, mut above) = (low, high);
     // Halves do not overflow.
@@ -44,11 +45,15 @@ pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
         if middle <= below || middle >= above {
             break;
         }
-        if calendar.work(sweep.range, [low, middle]) < 0.5 {
+        if calendar.work(sweep.range, [low, middle]) < share {
             below = middle;
         } else {
             above = middle;
         }
+    }
+    if let Some(fixed) = fixed_step(sweep) {
+        let multiple = low + ((below - low) / fixed).round() * fixed;
+        return if low < multiple && multiple < high { multiple } else { below };
     }
     let between = below.floor() + 0.5;
     let integer = sweep.exact.volume().samples().is_integer();
@@ -63,9 +68,7 @@ impl March<'_, '_> {
 
     /// The distance between sampling isovalues, if the parameters fix it.
     pub(super) fn fixed(&self) -> Option<f64> {
-        let (low, high) = self.sweep.range;
-        let &Parameters { step, samples, .. } = self.parameters();
-        step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
+        fixed_step(self.sweep)
     }
 
     /// Length of the first step, from the slopes at the exact extraction.
@@ -171,6 +174,13 @@ impl March<'_, '_> {
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
         !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
     }
+}
+
+/// The distance between sampling isovalues, if the parameters fix it.
+fn fixed_step(sweep: &Sweep) -> Option<f64> {
+    let (low, high) = sweep.range;
+    let &Parameters { step, samples, .. } = sweep.parameters;
+    step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
 }
 
 /// The next floating point number towards another.

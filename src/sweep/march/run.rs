@@ -1,9 +1,12 @@
-//! The march: both directions, step by step.
+//! The march: all stretches, in both directions, step by step.
 
 use std::sync::Mutex;
 
-use super::length::{CALM_FACTOR, REGROWTH_FACTOR, start};
+use rayon::prelude::*;
+
+use super::length::{CALM_FACTOR, REGROWTH_FACTOR};
 use super::state::{March, State, WorkDone, sorted};
+use super::stretches::{Stretch, stretches};
 use crate::error::Result;
 use crate::kernels::{DeviceWork, Kernels};
 use crate::sweep::calendar::{Calendar, Passage};
@@ -14,21 +17,56 @@ use crate::sweep::initial::InitialMesh;
 use crate::sweep::record::Recorder;
 use crate::sweep::transport::{Step, typical_slope};
 
-/// The results of both directions.
+/// The results of marches.
+#[derive(Default)]
 pub(in crate::sweep) struct Marched {
     pub(in crate::sweep) record: Recorder,
     pub(in crate::sweep) exact_intervals: Vec<ExactInterval>,
     pub(in crate::sweep) counts: Counts,
 }
 
-/// Marches up and down from the start, in parallel.
+/// Marches up and down from the start of each stretch, all in parallel.
 pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<Marched> {
     let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
-    let start = sweep.parameters.start.unwrap_or_else(|| start(sweep, &calendar));
     let done = WorkDone { share: Mutex::new(0.0), stage: sweep.stages.tracking(sweep.progress) };
+    let stretches = stretches(sweep, &calendar);
+    // Only a sweep with one start has an initial mesh.
+    let initial = Mutex::new(initial);
+    let marches = stretches.par_iter().with_max_len(1).map(|&stretch| {
+        let initial = initial.lock().map_or(None, |mut initial| initial.take());
+        march_stretch(sweep, &calendar, &done, stretch, initial)
+    });
+    let mut marched = Marched::default();
+    for each in marches.collect::<Vec<Result<Marched>>>() {
+        marched.add(each?, 0);
+    }
+    done.stage.report(1.0);
+    Ok(marched)
+}
+
+impl Marched {
+    fn of(March { record, exact_intervals, counts, .. }: March) -> Marched {
+        Marched { record, exact_intervals, counts }
+    }
+
+    /// Appends the results of another march; `n_common` trajectories are common to both.
+    fn add(&mut self, other: Marched, n_common: usize) {
+        self.record.join(other.record, n_common);
+        self.exact_intervals.extend(other.exact_intervals);
+        self.counts.add(&other.counts);
+    }
+}
+
+/// Marches up and down from the start of a stretch, in parallel.
+fn march_stretch(
+    sweep: &Sweep,
+    calendar: &Calendar,
+    done: &WorkDone,
+    Stretch { low, start, high }: Stretch,
+    initial: Option<InitialMesh>,
+) -> Result<Marched> {
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
-    let (low, high) = sweep.range;
-    let (mut up, mut state) = March::new(sweep, &calendar, &done, start, initial)?;
+    let (mut up, mut state) = March::new(sweep, calendar, done, start, initial)?;
     let length = up.first_step(start);
     let around = [(start - length).max(low), (start + length).min(high)];
     let region = up.plan(&mut state, around);
@@ -42,12 +80,9 @@ pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Re
         || down.march_to(begun, low, length, &mut *sweep.backend.kernels(&sweep.field)?),
     );
     went_up.and(went_down)?;
-    let March { mut record, mut exact_intervals, mut counts, .. } = up;
-    record.join(down.record, n_common);
-    exact_intervals.extend(down.exact_intervals);
-    counts.add(&down.counts);
-    done.stage.report(1.0);
-    Ok(Marched { record, exact_intervals, counts })
+    let mut marched = Marched::of(up);
+    marched.add(Marched::of(down), n_common);
+    Ok(marched)
 }
 
 impl March<'_, '_> {
