@@ -23,7 +23,6 @@ mod ray;
 mod report;
 mod triangle_grid;
 
-
 use crate::error::{Error, Result};
 use crate::extract::count::count;
 use crate::progress::Progress;

@@ -60,12 +60,16 @@ impl Passage {
 }
 
 impl<'a> Calendar<'a> {
-    /// The share of a range's work between two isovalues: the mean of the shares of the range and of the samples passed.
+    /// The share of a range's work between two isovalues: that of the samples passed, since the isosurface sweeps the volume of
+    /// a cell with each; that of the range where none is passed.
     pub(super) fn work(&self, (low, high): (f64, f64), [from, to]: [f64; 2]) -> f64 {
         let n = |a: f64, b: f64| self.samples(Passage::between(self.field, a, b)).len() as f64;
+        let all = n(low, high);
+        if all > 0.0 {
+            return n(from, to) / all;
+        }
         // Halves do not overflow.
-        let share = (0.5 * to - 0.5 * from).abs() / (0.5 * high - 0.5 * low);
-        0.5 * (share + n(from, to) / n(low, high).max(1.0))
+        (0.5 * to - 0.5 * from).abs() / (0.5 * high - 0.5 * low)
     }
 
     /// The calendar of a range of isovalues.

@@ -13,10 +13,52 @@ pub(super) struct TriangleGrid<'a> {
     positions: Vec<Point>,
     triangles: &'a [[u32; 3]],
     cell_size: f64,
-    /// (cell, triangle), sorted.
-    entries: Vec<([i32; 3], u32)>,
-    /// Start in `entries` of each cell that is not empty, and the end.
-    cell_starts: Vec<u32>,
+    /// The triangles of all cells that are not empty, by cell.
+    entries: Vec<u32>,
+    cells: Vec<Cell>,
+    rows: Rows,
+}
+
+/// A cell that is not empty: its index along z, and its range in `entries`.
+#[derive(Clone, Copy)]
+struct Cell {
+    k: i32,
+    first: u32,
+    end: u32,
+}
+
+/// The cells by row along z: the range of row (i, j) begins at `starts[i' + n[0] * j']`, counted from the lowest row.
+#[derive(Default)]
+struct Rows {
+    lowest: [i32; 2],
+    n: [i32; 2],
+    starts: Vec<u32>,
+}
+
+impl Rows {
+    /// The number of a row; `None` outside.
+    fn number(&self, i: i32, j: i32) -> Option<usize> {
+        let [i, j] = [i - self.lowest[0], j - self.lowest[1]];
+        let is_inside = (0..self.n[0]).contains(&i) && (0..self.n[1]).contains(&j);
+        is_inside.then(|| (i + self.n[0] * j) as usize)
+    }
+
+    /// The rows of cells that are sorted by j, i and k.
+    fn of(cells: &[[i32; 3]]) -> Rows {
+        let low = |a: usize| cells.iter().map(|c| c[a]).min().unwrap_or(0);
+        let high = |a: usize| cells.iter().map(|c| c[a]).max().unwrap_or(-1);
+        let lowest = [low(0), low(1)];
+        let n = [high(0) - lowest[0] + 1, high(1) - lowest[1] + 1];
+        let mut rows = Rows { lowest, n, starts: vec![0; (n[0] * n[1]) as usize + 1] };
+        for c in cells {
+            let row = rows.number(c[0], c[1]).expect("inside");
+            rows.starts[row + 1] += 1;
+        }
+        for row in 1..rows.starts.len() {
+            rows.starts[row] += rows.starts[row - 1];
+        }
+        rows
+    }
 }
 
 impl<'a> TriangleGrid<'a> {
@@ -24,25 +66,30 @@ impl<'a> TriangleGrid<'a> {
     pub(super) fn new(mesh: &'a Mesh) -> Self {
         let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
         let cell_size = median_edge(&positions, &mesh.triangles).max(1.0);
-        let mut entries: Vec<([i32; 3], u32)> = Vec::with_capacity(2 * mesh.triangles.len());
+        // (j, i, k, triangle)
+        let mut all: Vec<([i32; 3], u32)> = Vec::with_capacity(2 * mesh.triangles.len());
         for (t, triangle) in mesh.triangles.iter().enumerate() {
             let (low, high) = bounds(triangle.map(|v| positions[v as usize]));
             let (low, high) = (cell_of(low, cell_size), cell_of(high, cell_size));
             for i in low[0]..=high[0] {
                 for j in low[1]..=high[1] {
-                    entries.extend((low[2]..=high[2]).map(|k| ([i, j, k], t as u32)));
+                    all.extend((low[2]..=high[2]).map(|k| ([j, i, k], t as u32)));
                 }
             }
         }
-        entries.par_sort_unstable();
-        let mut cell_starts = Vec::new();
-        for i in 0..entries.len() {
-            if i == 0 || entries[i].0 != entries[i - 1].0 {
-                cell_starts.push(i as u32);
-            }
+        all.par_sort_unstable();
+        let (mut places, mut cells) = (Vec::new(), Vec::new());
+        let mut first = 0;
+        for group in all.chunk_by(|a, b| a.0 == b.0) {
+            let [j, i, k] = group[0].0;
+            let end = first + group.len() as u32;
+            places.push([i, j, k]);
+            cells.push(Cell { k, first, end });
+            first = end;
         }
-        cell_starts.push(entries.len() as u32);
-        TriangleGrid { positions, triangles: &mesh.triangles, cell_size, entries, cell_starts }
+        let entries = all.into_iter().map(|(_, t)| t).collect();
+        let (triangles, rows) = (&mesh.triangles[..], Rows::of(&places));
+        TriangleGrid { positions, triangles, cell_size, entries, cells, rows }
     }
 
     fn corners(&self, triangle: u32) -> [Point; 3] {
@@ -54,14 +101,14 @@ impl<'a> TriangleGrid<'a> {
     /// Neighbours along an edge are not tested, and of neighbours at a vertex only the edges
     /// opposite to that vertex: the others touch.
     pub(super) fn self_intersecting(&self) -> Vec<u32> {
-        let cells: Vec<_> = self.cell_starts.windows(2).collect();
-        let mut crossing: Vec<u32> = cells
+        let mut crossing: Vec<u32> = self
+            .cells
             .par_iter()
-            .flat_map_iter(|cell| {
-                let inside = &self.entries[cell[0] as usize..cell[1] as usize];
+            .flat_map_iter(|&cell| {
+                let inside = self.inside(cell);
                 let mut found = Vec::new();
-                for (x, &(_, first)) in inside.iter().enumerate() {
-                    for &(_, second) in &inside[x + 1..] {
+                for (x, &first) in inside.iter().enumerate() {
+                    for &second in &inside[x + 1..] {
                         if self.cross(first, second) {
                             found.extend([first, second]);
                         }
@@ -104,16 +151,19 @@ impl<'a> TriangleGrid<'a> {
         while f64::from(ring - 1) * self.cell_size < nearest {
             for i in -ring..=ring {
                 for j in -ring..=ring {
+                    let (i, j) = (home[0] + i, home[1] + j);
                     // Inner cells belong to earlier rings.
-                    let on_shell = i.abs() == ring || j.abs() == ring;
-                    let stride = if on_shell { 1 } else { (2 * ring).max(1) };
-                    for k in (-ring..=ring).step_by(stride as usize) {
-                        let cell = [home[0] + i, home[1] + j, home[2] + k];
-                        // Most points are close to the mesh, and neighbouring cells are too far.
-                        if self.distance_to_cell(point, cell) >= nearest {
+                    let on_shell =
+                        i.abs_diff(home[0]).max(j.abs_diff(home[1])) == ring.unsigned_abs();
+                    for &cell in self.near(i, j, home[2], ring) {
+                        if !on_shell && cell.k.abs_diff(home[2]) != ring.unsigned_abs() {
                             continue;
                         }
-                        for t in self.in_cell(cell) {
+                        // Most points are close to the mesh, and neighbouring cells are too far.
+                        if self.distance_to_cell(point, [i, j, cell.k]) >= nearest {
+                            continue;
+                        }
+                        for &t in self.inside(cell) {
                             nearest = nearest.min(point_triangle_distance(point, self.corners(t)));
                         }
                     }
@@ -124,6 +174,20 @@ impl<'a> TriangleGrid<'a> {
         nearest
     }
 
+    /// The cells of a row along z that are not empty, up to `ring` cells from the cell `k`.
+    fn near(&self, i: i32, j: i32, k: i32, ring: i32) -> &[Cell] {
+        let Some(row) = self.rows.number(i, j) else { return &[] };
+        let row = &self.cells[self.rows.starts[row] as usize..self.rows.starts[row + 1] as usize];
+        let first = row.partition_point(|cell| cell.k < k - ring);
+        let n = row[first..].partition_point(|cell| cell.k <= k + ring);
+        &row[first..first + n]
+    }
+
+    /// The triangles in a cell.
+    fn inside(&self, cell: Cell) -> &[u32] {
+        &self.entries[cell.first as usize..cell.end as usize]
+    }
+
     /// Distance from a point to a cell; 0 inside.
     fn distance_to_cell(&self, point: Point, cell: [i32; 3]) -> f64 {
         let along_axis = |a: usize| {
@@ -131,17 +195,6 @@ impl<'a> TriangleGrid<'a> {
             (low - point[a]).max(point[a] - (low + self.cell_size)).max(0.0)
         };
         length(std::array::from_fn(along_axis))
-    }
-
-    fn in_cell(&self, cell: [i32; 3]) -> impl Iterator<Item = u32> {
-        let n_cells = self.cell_starts.len() - 1;
-        let found = self.cell_starts[..n_cells]
-            .binary_search_by(|&start| self.entries[start as usize].0.cmp(&cell));
-        let range = match found {
-            Ok(i) => self.cell_starts[i] as usize..self.cell_starts[i + 1] as usize,
-            Err(_) => 0..0,
-        };
-        self.entries[range].iter().map(|&(_, t)| t)
     }
 }
 

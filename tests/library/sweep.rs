@@ -361,16 +361,68 @@ fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
     }
 }
 
+/// The isovalues away from events at which most triangles end.
+fn meetings(spectrum: &Spectrum) -> Vec<f64> {
+    let events = spectrum.events();
+    let is_away = |c: f64| events.iter().all(|event| event.isovalue != c);
+    let (low, high) = spectrum.range();
+    let inner = spectrum.isovalues().iter().copied().filter(|&c| low < c && c < high);
+    inner.filter(|&c| is_away(c) && survival(spectrum, c.next_down(), c) < 0.2).collect()
+}
+
+#[test]
+fn several_starts_meet_in_meshes_of_the_counted_topology() {
+    for name in ["noise:9:3", "blobs:20", "torus:12"] {
+        let volume = phantom_volume(name);
+        let spectrum = swept_with(&volume, &Parameters::default().with_starts(3));
+        check(&volume, &spectrum);
+        let meetings = meetings(&spectrum);
+        assert!(meetings.len() >= 2, "{name}: {meetings:?}");
+        let around = meetings.iter().flat_map(|&c| [c.next_down(), c, c.next_up()]);
+        assert_isosurfaces(&volume, &spectrum, &around.collect::<Vec<f64>>(), name);
+    }
+}
+
+#[test]
+fn both_meshes_at_a_meeting_are_within_the_tolerance() {
+    let volume = phantom_volume("blobs:20");
+    let spectrum = swept_with(&volume, &Parameters::default().with_starts(3));
+    let sampling = Sampling { n_random: 16, ..Sampling::default() };
+    let report =
+        verify(&spectrum, &volume, sampling, Limits::default(), &Silent).expect("a report");
+    assert!(report.passed, "{:?}", report.failures);
+    // The jump at a meeting is that of a mesh to another of the same isosurface.
+    let largest = report.totals.largest_jump_elsewhere_p99.expect("meetings are measured");
+    assert!(largest > 0.0 && largest < 2.0 * spectrum.tolerance(), "{largest}");
+}
+
+#[test]
+fn more_starts_than_sample_values_are_one() {
+    let samples = Samples::U8((0..125).map(|i| u8::from(i % 3 == 0)).collect());
+    let volume = Volume::new("two", [5; 3], samples, Placement::default()).expect("a volume");
+    let volume = Arc::new(volume);
+    let parameters = Parameters::default().with_starts(8);
+    check(&volume, &swept_with(&volume, &parameters));
+    for wrong in [0, 257] {
+        let parameters = Parameters::default().with_starts(wrong);
+        let found = compute(&volume, &parameters, &cpu(), &Silent);
+        assert!(matches!(found, Err(Error::Usage(_))), "{wrong} starts");
+    }
+    let both = Parameters::default().with_start(0.5).with_starts(2);
+    assert!(matches!(compute(&volume, &both, &cpu(), &Silent), Err(Error::Usage(_))));
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    for name in ["noise:8:5", "blobs:20"] {
+    for (name, starts) in [("noise:8:5", None), ("blobs:20", None), ("blobs:20", Some(3))] {
         let volume = phantom_volume(name);
+        let parameters = Parameters::default().with_starts(starts);
         let [one, three] = [1, 3].map(|n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
-            let spectrum = pool.expect("threads").install(|| swept(&volume));
+            let spectrum = pool.expect("threads").install(|| swept_with(&volume, &parameters));
             file::to_bytes(&spectrum).expect("a spectrum that can be written")
         });
-        assert!(one == three, "{name}");
+        assert!(one == three, "{name}, {starts:?}");
     }
 }
 

@@ -344,6 +344,8 @@ fn numbers_beyond_reach_are_refused() {
     for (flag, code, word) in [
         ("--start=-1e9", 4, "-1000000000"),
         ("--start=1e9", 4, "1000000000"),
+        ("--starts=0", 2, "expected 1 to 256"),
+        ("--starts=1000", 2, "expected 1 to 256"),
         ("--step=1e-9", 2, "at most 1000000"),
         ("--samples=4294967295", 2, "at most 1000000"),
         ("--relax-iterations=4294967295", 2, "at most 10000"),

@@ -125,6 +125,7 @@ impl March<'_, '_> {
                 length = (times * usual).clamp(0.5 * length, 1.6 * length).min(most);
             }
         }
+        log::debug!("march to {last} ends");
         self.count(kernels.device_work());
         self.record.finish(last);
         for (block, since) in sorted(std::mem::take(&mut state.since)) {

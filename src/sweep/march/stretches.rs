@@ -45,12 +45,15 @@ pub(super) fn stretches(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
         return vec![Stretch { low, start, high }];
     }
     let n = sweep.parameters.starts;
-    let best = n.map_or_else(
+    let stretches = n.map_or_else(
         || affordable(sweep, calendar),
-        |n| divided(n, &meetings(sweep, calendar, n), sweep, calendar),
+        |n| {
+            let starts = starts(sweep, calendar, n);
+            divided(&starts, &meetings(sweep, calendar, &starts), sweep.range)
+        },
     );
-    log::debug!("stretches: {best:?}");
-    best
+    log::debug!("stretches: {stretches:?}");
+    stretches
 }
 
 /// Where two stretches meet, and the number of lattice edges that the isosurface crosses there.
@@ -63,58 +66,57 @@ struct Meeting {
 fn affordable(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     let forecast = Forecast::of(&sweep.exact, &sweep.topology, sweep.range, sweep.parameters.error);
     let most = (forecast.triangles / MIN_TRIANGLES).min(MAX_STRETCHES as f64) as usize;
-    let is_affordable = |meetings: &[Meeting]| {
-        let n: u64 = meetings.iter().map(|meeting| meeting.n_crossings).sum();
-        n as f64 * TRIANGLES_PER_CROSSING <= MAX_MEETING_SHARE * forecast.triangles
-    };
-    let mut n = most;
-    while n > 1 {
-        let meetings = meetings(sweep, calendar, n);
-        if is_affordable(&meetings) {
-            return divided(n, &meetings, sweep, calendar);
+    for n in (2..=most).rev() {
+        let starts = starts(sweep, calendar, n);
+        let meetings = meetings(sweep, calendar, &starts);
+        let n_crossings: u64 = meetings.iter().flatten().map(|meeting| meeting.n_crossings).sum();
+        let added = n_crossings as f64 * TRIANGLES_PER_CROSSING;
+        if added <= MAX_MEETING_SHARE * forecast.triangles {
+            return divided(&starts, &meetings, sweep.range);
         }
-        n -= 1;
     }
-    divided(1, &[], sweep, calendar)
+    divided(&starts(sweep, calendar, 1), &[], sweep.range)
 }
 
-/// The range divided at meetings, with a start in the middle of the work of each part.
-fn divided(n: usize, meetings: &[Meeting], sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
-    let (low, high) = sweep.range;
-    let inner = meetings.iter().map(|meeting| meeting.isovalue);
-    let mut ends: Vec<f64> = std::iter::once(low).chain(inner).chain([high]).collect();
-    ends.dedup();
-    let start = |i: usize| isovalue_at_share(sweep, calendar, (i as f64 + 0.5) / n as f64);
-    let starts: Vec<f64> = (0..n).map(start).collect();
-    let stretch = |pair: &[f64]| {
-        let is_inside = |start: &&f64| pair[0] <= **start && **start < pair[1];
-        starts.iter().find(is_inside).map(|&start| Stretch { low: pair[0], start, high: pair[1] })
-    };
-    let all: Option<Vec<Stretch>> = ends.windows(2).map(stretch).collect();
-    // Of a few sample values, several starts may be the same.
-    all.unwrap_or_else(|| {
-        vec![Stretch { low, start: isovalue_at_share(sweep, calendar, 0.5), high }]
-    })
+/// The stretches between meetings, one for each start but those that have no meeting with the start before: of a few sample
+/// values, several starts may be the same.
+fn divided(starts: &[f64], meetings: &[Option<Meeting>], (low, high): (f64, f64)) -> Vec<Stretch> {
+    let mut all = vec![Stretch { low, start: starts[0], high }];
+    for (&start, meeting) in starts[1..].iter().zip(meetings) {
+        if let Some(Meeting { isovalue, .. }) = *meeting {
+            let last = all.last_mut().expect("one at least");
+            last.high = isovalue;
+            all.push(Stretch { low: isovalue, start, high });
+        }
+    }
+    all
 }
 
-/// The meetings of `n` stretches: between each two starts, the isovalue with the fewest crossings.
-fn meetings(sweep: &Sweep, calendar: &Calendar, n: usize) -> Vec<Meeting> {
+/// The starts of `n` stretches, each in the middle of the same share of the work.
+fn starts(sweep: &Sweep, calendar: &Calendar, n: usize) -> Vec<f64> {
+    (0..n).map(|i| isovalue_at_share(sweep, calendar, (i as f64 + 0.5) / n as f64)).collect()
+}
+
+/// The meetings of stretches: between each two starts, the isovalue with the fewest crossings. `None` where no isovalue is
+/// between them.
+fn meetings(sweep: &Sweep, calendar: &Calendar, starts: &[f64]) -> Vec<Option<Meeting>> {
+    let n = starts.len() as f64;
     let between = |i: usize, j: usize| {
         let offset = 0.5 * (j as f64 / (N_CANDIDATES - 1) as f64 - 0.5);
-        isovalue_at_share(sweep, calendar, (i as f64 + offset) / n as f64)
+        isovalue_at_share(sweep, calendar, (i as f64 + offset) / n)
     };
-    let candidates: Vec<f64> = (1..n)
-        .flat_map(|i| (0..N_CANDIDATES).map(move |j| (i, j)))
-        .map(|(i, j)| between(i, j))
-        .collect();
+    let places = (1..starts.len()).flat_map(|i| (0..N_CANDIDATES).map(move |j| (i, j)));
+    let candidates: Vec<f64> = places.map(|(i, j)| between(i, j)).collect();
     let crossings = crossings(sweep, &candidates);
     let groups = candidates.chunks(N_CANDIDATES).zip(crossings.chunks(N_CANDIDATES));
-    let fewest = |(isovalues, crossings): (&[f64], &[u64])| {
-        let middle = |j: usize| j.abs_diff(N_CANDIDATES / 2);
-        let best = (0..isovalues.len()).min_by_key(|&j| (crossings[j], middle(j)));
+    let fewest = |((isovalues, crossings), pair): ((&[f64], &[u64]), &[f64])| {
+        let from_middle = |j: &usize| j.abs_diff(N_CANDIDATES / 2);
+        let inside =
+            (0..isovalues.len()).filter(|&j| pair[0] < isovalues[j] && isovalues[j] < pair[1]);
+        let best = inside.min_by_key(|j| (crossings[*j], from_middle(j)));
         best.map(|j| Meeting { isovalue: isovalues[j], n_crossings: crossings[j] })
     };
-    groups.filter_map(fewest).collect()
+    groups.zip(starts.windows(2)).map(fewest).collect()
 }
 
 /// The number of lattice edges that the isosurface crosses at each of some ascending isovalues.
