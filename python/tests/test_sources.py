@@ -180,6 +180,7 @@ def test_values_that_are_not_finite_are_reported_or_replaced(wrong, dtype):
     ({"backend": "abacus"}, "expected auto, gpu or cpu"),
     ({"start": "half"}, "half"),
     ({"samples": 1}, "samples 1, expected 2 or more"),
+    ({"starts": 0}, "starts 0, expected 1 to 256"),
 ])  # fmt: skip
 def test_invalid_arguments_are_errors_of_one_line(options, message):
     with pytest.raises(isospectrum.Error, match=message) as raised:

@@ -121,7 +121,8 @@ def compute(
         current stage, and is called in the calling thread.
     **parameters
         Further parameters of the sweep, as flags of ``isospectrum compute`` with ``_`` for ``-``: ``step``, ``samples``, ``min_quality``,
-        ``min_area``, ``refine_area``, ``max_edge``, ``relax``, ``relax_force``, ``relax_iterations``, ``initial_mesh``.
+        ``min_area``, ``refine_area``, ``max_edge``, ``relax``, ``relax_force``, ``relax_iterations``, ``starts``,
+        ``initial_mesh``.
 
     Raises
     ------
@@ -214,6 +215,7 @@ _KNOWN = {
     "relax": ("a number from 0 to 1", lambda x: 0 <= x <= 1),
     "relax_force": ("0 or a number above", lambda x: 0 <= x < float("inf")),
     "relax_iterations": ("a whole number", lambda x: x >= 0),
+    "starts": ("1 to 256", lambda x: 1 <= x <= 256),
     "initial_mesh": ("the path of a PLY file", lambda x: isinstance(x, (str, os.PathLike))),
 }
 

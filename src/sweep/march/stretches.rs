@@ -6,25 +6,25 @@
 //! At a meeting of two stretches one mesh ends and the other begins, both within the tolerance of the same isosurface. Exact cells
 //! have the same vertices and triangles on either side, so they are not stored twice. A meeting costs the tracked triangles that
 //! live there. So the number of stretches follows from the size of the spectrum and of the isosurface, never from the machine, and
-//! meetings lie where the isosurface is small.
+//! meetings lie where the isosurface is small. Starts lie where few critical points are near.
 
 use rayon::prelude::*;
 
 use super::length::isovalue_at_share;
 use crate::forecast::Forecast;
-use crate::sweep::calendar::{Calendar, inner_samples};
+use crate::sweep::calendar::{Calendar, Passage, inner_samples};
 use crate::sweep::context::Sweep;
 
 /// Most triangles that meetings add, as a share of all triangles of the spectrum.
 const MAX_MEETING_SHARE: f64 = 0.05;
 
-/// Fewest triangles of a stretch: with fewer, a sweep takes only seconds.
-const MIN_TRIANGLES: f64 = 100_000.0;
+/// Fewest triangles of a stretch: with fewer, a sweep takes a few seconds.
+const MIN_TRIANGLES: f64 = 300_000.0;
 
 /// Most stretches of a sweep whose number follows from the forecast.
 const MAX_STRETCHES: usize = 16;
 
-/// Isovalues among which a meeting is chosen, in the middle half between two starts.
+/// Isovalues among which a start or a meeting is chosen.
 const N_CANDIDATES: usize = 17;
 
 /// Tracked triangles for each lattice edge that the isosurface crosses.
@@ -92,28 +92,46 @@ fn divided(starts: &[f64], meetings: &[Option<Meeting>], (low, high): (f64, f64)
     all
 }
 
-/// The starts of `n` stretches, each in the middle of the same share of the work.
+/// The starts of `n` stretches: for each, of the isovalues in the middle half of its work, the one with the fewest critical points
+/// near it.
 fn starts(sweep: &Sweep, calendar: &Calendar, n: usize) -> Vec<f64> {
-    (0..n).map(|i| isovalue_at_share(sweep, calendar, (i as f64 + 0.5) / n as f64)).collect()
+    let calmest = |i: usize| {
+        let candidates = candidates(sweep, calendar, (i as f64 + 0.5) / n as f64, n);
+        let n_critical = |j: usize| {
+            let [from, to] = [j.saturating_sub(1), (j + 1).min(candidates.len() - 1)];
+            let near = Passage::between(&sweep.exact, candidates[from], candidates[to]);
+            calendar.critical(near).len()
+        };
+        let best = (0..candidates.len()).min_by_key(|&j| (n_critical(j), from_middle(j)));
+        candidates[best.expect("some")]
+    };
+    (0..n).map(calmest).collect()
+}
+
+/// Isovalues around a share of the work, at most a quarter of a stretch from it, ascending.
+fn candidates(sweep: &Sweep, calendar: &Calendar, share: f64, n: usize) -> Vec<f64> {
+    let offset = |j: usize| 0.5 * (j as f64 / (N_CANDIDATES - 1) as f64 - 0.5);
+    let at = |j| isovalue_at_share(sweep, calendar, share + offset(j) / n as f64);
+    (0..N_CANDIDATES).map(at).collect()
+}
+
+/// How far a candidate is from the middle one.
+fn from_middle(j: usize) -> usize {
+    j.abs_diff(N_CANDIDATES / 2)
 }
 
 /// The meetings of stretches: between each two starts, the isovalue with the fewest crossings. `None` where no isovalue is
 /// between them.
 fn meetings(sweep: &Sweep, calendar: &Calendar, starts: &[f64]) -> Vec<Option<Meeting>> {
-    let n = starts.len() as f64;
-    let between = |i: usize, j: usize| {
-        let offset = 0.5 * (j as f64 / (N_CANDIDATES - 1) as f64 - 0.5);
-        isovalue_at_share(sweep, calendar, (i as f64 + offset) / n)
-    };
-    let places = (1..starts.len()).flat_map(|i| (0..N_CANDIDATES).map(move |j| (i, j)));
-    let candidates: Vec<f64> = places.map(|(i, j)| between(i, j)).collect();
+    let n = starts.len();
+    let candidates: Vec<f64> =
+        (1..n).flat_map(|i| candidates(sweep, calendar, i as f64 / n as f64, n)).collect();
     let crossings = crossings(sweep, &candidates);
     let groups = candidates.chunks(N_CANDIDATES).zip(crossings.chunks(N_CANDIDATES));
     let fewest = |((isovalues, crossings), pair): ((&[f64], &[u64]), &[f64])| {
-        let from_middle = |j: &usize| j.abs_diff(N_CANDIDATES / 2);
         let inside =
             (0..isovalues.len()).filter(|&j| pair[0] < isovalues[j] && isovalues[j] < pair[1]);
-        let best = inside.min_by_key(|j| (crossings[*j], from_middle(j)));
+        let best = inside.min_by_key(|j| (crossings[*j], from_middle(*j)));
         best.map(|j| Meeting { isovalue: isovalues[j], n_crossings: crossings[j] })
     };
     groups.zip(starts.windows(2)).map(fewest).collect()
