@@ -17,10 +17,6 @@ use crate::topology::Topology;
 use crate::topology::critical::GridElement;
 use crate::topology::exact::{ExactField, ORDER_BITS};
 
-/// Share of the samples passed in the work of a part of the range; the rest is the share of the range. Measured: with 0.75 both
-/// directions of hydrogen take equally long; with 0.5 one takes nine times as long as the other.
-const SAMPLES_SHARE: f64 = 0.75;
-
 /// Everything that the isovalues of a range pass, sorted by order key. Keys are computed when needed, to save memory.
 pub(super) struct Calendar<'a> {
     pub(super) field: &'a ExactField<'a>,
@@ -64,13 +60,12 @@ impl Passage {
 }
 
 impl<'a> Calendar<'a> {
-    /// The share of a range's work between two isovalues: mostly that of the samples passed, since the isosurface sweeps the volume
-    /// of a cell with each.
+    /// The share of a range's work between two isovalues: the mean of the shares of the range and of the samples passed.
     pub(super) fn work(&self, (low, high): (f64, f64), [from, to]: [f64; 2]) -> f64 {
         let n = |a: f64, b: f64| self.samples(Passage::between(self.field, a, b)).len() as f64;
         // Halves do not overflow.
-        let range = (0.5 * to - 0.5 * from).abs() / (0.5 * high - 0.5 * low);
-        range + SAMPLES_SHARE * (n(from, to) / n(low, high).max(1.0) - range)
+        let share = (0.5 * to - 0.5 * from).abs() / (0.5 * high - 0.5 * low);
+        0.5 * (share + n(from, to) / n(low, high).max(1.0))
     }
 
     /// The calendar of a range of isovalues.

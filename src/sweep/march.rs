@@ -8,7 +8,7 @@
 //!    contour tree gives the events. The calendar lists by key everything that the isovalue passes: samples, saddles of lattice
 //!    squares, squares with four equal samples, critical points.
 //! 2. **Starts** (`march/stretches.rs`, `march/run.rs`). The range is divided into stretches, as many as the forecast allows. The
-//!    start isovalue of a stretch has about half of its work on either side, mostly counted in samples that the isosurface passes. There
+//!    start isovalue of a stretch has half of its work on either side, work being range and number of samples in equal parts. There
 //!    the whole isosurface is exact, that is, the exact extraction (with an initial mesh it is tracked instead, `initial.rs`). After
 //!    the first exchange the state is copied, and one march goes up, one down, to the ends of the stretch. All marches run in
 //!    parallel. At a meeting of two stretches one mesh ends and the other begins.

@@ -6,13 +6,13 @@
 //! At a meeting of two stretches one mesh ends and the other begins, both within the tolerance of the same isosurface. Exact cells
 //! have the same vertices and triangles on either side, so they are not stored twice. A meeting costs the tracked triangles that
 //! live there. So the number of stretches follows from the size of the spectrum and of the isosurface, never from the machine, and
-//! meetings lie where the isosurface is small. Starts lie where few critical points are near.
+//! meetings lie where the isosurface is small.
 
 use rayon::prelude::*;
 
 use super::length::isovalue_at_share;
 use crate::forecast::Forecast;
-use crate::sweep::calendar::{Calendar, Passage, inner_samples};
+use crate::sweep::calendar::{Calendar, inner_samples};
 use crate::sweep::context::Sweep;
 
 /// Most triangles that meetings add, as a share of all triangles of the spectrum.
@@ -24,11 +24,15 @@ const MIN_TRIANGLES: f64 = 300_000.0;
 /// Most stretches of a sweep whose number follows from the forecast.
 const MAX_STRETCHES: usize = 16;
 
-/// Isovalues among which a start or a meeting is chosen.
+/// Isovalues among which a meeting is chosen.
 const N_CANDIDATES: usize = 17;
 
-/// Tracked triangles for each lattice edge that the isosurface crosses.
+/// Tracked triangles at a meeting for each lattice edge that the isosurface crosses.
 const TRIANGLES_PER_CROSSING: f64 = 1.0;
+
+/// Most arcs of the contour tree for each lattice edge that the isosurface crosses on average, for more than one start. In scans,
+/// which have more, each start has to find out anew what can be tracked: a second one costs up to a fifth more bytes and time.
+const MAX_ARCS_PER_CROSSING: f64 = 0.1;
 
 /// A part of the range, with the isovalue at which its marches start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,13 +69,16 @@ struct Meeting {
 /// The largest number of stretches whose meetings are affordable.
 fn affordable(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     let forecast = Forecast::of(&sweep.exact, &sweep.topology, sweep.range, sweep.parameters.error);
-    let most = (forecast.triangles / MIN_TRIANGLES).min(MAX_STRETCHES as f64) as usize;
+    let n_arcs = sweep.topology.n_arcs_in(sweep.range) as f64;
+    let is_smooth = n_arcs <= MAX_ARCS_PER_CROSSING * forecast.crossings;
+    let triangles = if is_smooth { forecast.triangles } else { 0.0 };
+    let most = (triangles / MIN_TRIANGLES).min(MAX_STRETCHES as f64) as usize;
     for n in (2..=most).rev() {
         let starts = starts(sweep, calendar, n);
         let meetings = meetings(sweep, calendar, &starts);
         let n_crossings: u64 = meetings.iter().flatten().map(|meeting| meeting.n_crossings).sum();
         let added = n_crossings as f64 * TRIANGLES_PER_CROSSING;
-        if added <= MAX_MEETING_SHARE * forecast.triangles {
+        if added <= MAX_MEETING_SHARE * triangles {
             return divided(&starts, &meetings, sweep.range);
         }
     }
@@ -92,20 +99,9 @@ fn divided(starts: &[f64], meetings: &[Option<Meeting>], (low, high): (f64, f64)
     all
 }
 
-/// The starts of `n` stretches: for each, of the isovalues in the middle half of its work, the one with the fewest critical points
-/// near it.
+/// The starts of `n` stretches, each in the middle of the same share of the work.
 fn starts(sweep: &Sweep, calendar: &Calendar, n: usize) -> Vec<f64> {
-    let calmest = |i: usize| {
-        let candidates = candidates(sweep, calendar, (i as f64 + 0.5) / n as f64, n);
-        let n_critical = |j: usize| {
-            let [from, to] = [j.saturating_sub(1), (j + 1).min(candidates.len() - 1)];
-            let near = Passage::between(&sweep.exact, candidates[from], candidates[to]);
-            calendar.critical(near).len()
-        };
-        let best = (0..candidates.len()).min_by_key(|&j| (n_critical(j), from_middle(j)));
-        candidates[best.expect("some")]
-    };
-    (0..n).map(calmest).collect()
+    (0..n).map(|i| isovalue_at_share(sweep, calendar, (i as f64 + 0.5) / n as f64)).collect()
 }
 
 /// Isovalues around a share of the work, at most a quarter of a stretch from it, ascending.
@@ -113,11 +109,6 @@ fn candidates(sweep: &Sweep, calendar: &Calendar, share: f64, n: usize) -> Vec<f
     let offset = |j: usize| 0.5 * (j as f64 / (N_CANDIDATES - 1) as f64 - 0.5);
     let at = |j| isovalue_at_share(sweep, calendar, share + offset(j) / n as f64);
     (0..N_CANDIDATES).map(at).collect()
-}
-
-/// How far a candidate is from the middle one.
-fn from_middle(j: usize) -> usize {
-    j.abs_diff(N_CANDIDATES / 2)
 }
 
 /// The meetings of stretches: between each two starts, the isovalue with the fewest crossings. `None` where no isovalue is
@@ -128,10 +119,11 @@ fn meetings(sweep: &Sweep, calendar: &Calendar, starts: &[f64]) -> Vec<Option<Me
         (1..n).flat_map(|i| candidates(sweep, calendar, i as f64 / n as f64, n)).collect();
     let crossings = crossings(sweep, &candidates);
     let groups = candidates.chunks(N_CANDIDATES).zip(crossings.chunks(N_CANDIDATES));
+    let from_middle = |j: &usize| j.abs_diff(N_CANDIDATES / 2);
     let fewest = |((isovalues, crossings), pair): ((&[f64], &[u64]), &[f64])| {
         let inside =
             (0..isovalues.len()).filter(|&j| pair[0] < isovalues[j] && isovalues[j] < pair[1]);
-        let best = inside.min_by_key(|j| (crossings[*j], from_middle(*j)));
+        let best = inside.min_by_key(|j| (crossings[*j], from_middle(j)));
         best.map(|j| Meeting { isovalue: isovalues[j], n_crossings: crossings[j] })
     };
     groups.zip(starts.windows(2)).map(fewest).collect()
@@ -145,12 +137,10 @@ fn crossings(sweep: &Sweep, isovalues: &[f64]) -> Vec<u64> {
     let n_below = |v: u32| isovalues.partition_point(|&c| c < field.sample(v));
     let of_sample = |mut changes: Vec<i64>, v: u32| {
         let own = n_below(v);
-        for axis in 0..3 {
-            if field.position(v)[axis] + 2 < dims[axis] as i64 {
-                let other = n_below(v + field.strides()[axis]);
-                changes[own.min(other)] += 1;
-                changes[own.max(other)] -= 1;
-            }
+        let is_inner = |&axis: &usize| field.position(v)[axis] + 2 < dims[axis] as i64;
+        for other in (0..3).filter(is_inner).map(|axis| n_below(v + field.strides()[axis])) {
+            changes[own.min(other)] += 1;
+            changes[own.max(other)] -= 1;
         }
         changes
     };
