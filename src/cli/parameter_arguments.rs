@@ -36,7 +36,7 @@ pub(super) struct ParameterArguments {
     start: Option<Isovalue>,
     /// Number of starts, each with a part of the range of its own [default: by the expected size]
     ///
-    /// More starts use more processors, and make the file larger: the mesh changes where two parts meet.
+    /// More starts use more processors. The mesh changes where two parts meet, which may make the file larger.
     #[arg(long, value_name = "N", conflicts_with = "start", hide_short_help = true, help_heading = heading::TRACKING)]
     starts: Option<usize>,
     /// Start from this closed mesh, at the isovalue of --start

@@ -33,8 +33,7 @@ const MIN_STEP_LEVELS: f64 = 0.125;
 /// Number of shortest steps in a range at least, for samples with an outlier far beyond the range.
 const MIN_SHORT_STEPS: f64 = 64.0;
 
-/// The isovalue below which a share of the work is. For integer samples it is between two integers; with a fixed step, a sampling
-/// isovalue.
+/// The isovalue below which a share of the work is. For integer samples it is between two integers.
 pub(super) fn isovalue_at_share(sweep: &Sweep, calendar: &Calendar, share: f64) -> f64 {
     let (low, high) = sweep.range;
     let (mut below, mut above) = (low, high);
@@ -51,10 +50,6 @@ pub(super) fn isovalue_at_share(sweep: &Sweep, calendar: &Calendar, share: f64) 
             above = middle;
         }
     }
-    if let Some(fixed) = fixed_step(sweep) {
-        let multiple = low + ((below - low) / fixed).round() * fixed;
-        return if low < multiple && multiple < high { multiple } else { below };
-    }
     let between = below.floor() + 0.5;
     let integer = sweep.exact.volume().samples().is_integer();
     if integer && low < between && between < high { between } else { below }
@@ -68,7 +63,9 @@ impl March<'_, '_> {
 
     /// The distance between sampling isovalues, if the parameters fix it.
     pub(super) fn fixed(&self) -> Option<f64> {
-        fixed_step(self.sweep)
+        let (low, high) = self.sweep.range;
+        let &Parameters { step, samples, .. } = self.parameters();
+        step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
     }
 
     /// Length of the first step, from the slopes at the exact extraction.
@@ -174,13 +171,6 @@ impl March<'_, '_> {
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
         !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
     }
-}
-
-/// The distance between sampling isovalues, if the parameters fix it.
-fn fixed_step(sweep: &Sweep) -> Option<f64> {
-    let (low, high) = sweep.range;
-    let &Parameters { step, samples, .. } = sweep.parameters;
-    step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
 }
 
 /// The next floating point number towards another.

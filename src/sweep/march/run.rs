@@ -1,5 +1,6 @@
 //! The march: all stretches, in both directions, step by step.
 
+use std::iter;
 use std::sync::Mutex;
 
 use rayon::prelude::*;
@@ -30,12 +31,12 @@ pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Re
     let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
     let done = WorkDone { share: Mutex::new(0.0), stage: sweep.stages.tracking(sweep.progress) };
     let stretches = stretches(sweep, &calendar);
-    // Only a sweep with one start has an initial mesh.
-    let initial = Mutex::new(initial);
-    let marches = stretches.par_iter().with_max_len(1).map(|&stretch| {
-        let initial = initial.lock().map_or(None, |mut initial| initial.take());
-        march_stretch(sweep, &calendar, &done, stretch, initial)
-    });
+    // A sweep with an initial mesh has one start.
+    let initial = iter::once(initial).chain(iter::repeat_with(|| None));
+    let starts: Vec<(Stretch, Option<InitialMesh>)> = stretches.into_iter().zip(initial).collect();
+    let marches = starts.into_par_iter().with_max_len(1);
+    let marches =
+        marches.map(|(stretch, initial)| march_stretch(sweep, &calendar, &done, stretch, initial));
     let mut marched = Marched::default();
     for each in marches.collect::<Vec<Result<Marched>>>() {
         marched.add(each?, 0);
