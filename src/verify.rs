@@ -23,6 +23,8 @@ mod ray;
 mod report;
 mod triangle_grid;
 
+use serde::Serialize;
+
 use crate::error::{Error, Result};
 use crate::extract::count::count;
 use crate::progress::Progress;
@@ -143,6 +145,45 @@ pub fn verify(
         tracked_share: tracked_share(spectrum, &single),
     };
     Ok(Report::new(spectrum, sampling, limits, rows, &pooled, continuity))
+}
+
+/// The result of [`spot_check`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct SpotCheck {
+    /// Number of isovalues, in the middle of equal parts of the range.
+    pub n_isovalues: usize,
+    /// Share of the triangles' barycentres within the tolerance of the isosurface, of at most 20,000 at each isovalue; `None` without
+    /// triangles.
+    pub within_tolerance_share: Option<f64>,
+    /// Mean radius ratio of these triangles.
+    pub radius_ratio: Option<f64>,
+}
+
+/// Measures a spectrum against its volume at isovalues in equal distances, much faster than [`verify`], half of whose isovalues are near
+/// those of samples: in `hydrogen:48` 76 % of all triangles there are within the tolerance, and 99.9 % at equal distances.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the volume is not the spectrum's.
+pub fn spot_check(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<SpotCheck> {
+    check_same_volume(spectrum, volume)?;
+    let (low, high) = spectrum.range();
+    let mut query = Query::for_some(spectrum, n_isovalues);
+    let mut pooled = Geometry::new();
+    for i in 0..n_isovalues {
+        let share = (i as f64 + 0.5) / n_isovalues as f64;
+        let isovalue = low * (1.0 - share) + high * share;
+        let mesh = query.mesh_at(isovalue)?;
+        if measure::is_placed(volume, &mesh) {
+            pooled.merge(&measure::spot_check(volume, isovalue, &mesh));
+        }
+    }
+    Ok(SpotCheck {
+        n_isovalues,
+        within_tolerance_share: pooled.barycentre_deviation.share_within(spectrum.tolerance()),
+        radius_ratio: pooled.radius_ratio.summary().mean,
+    })
 }
 
 fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use isospectrum::Forecast;
-use isospectrum::verify::{Limits, Report, Sampling, verify};
+use isospectrum::verify::{Limits, Report, Sampling, SpotCheck, spot_check, verify};
 use isospectrum::{Error, Result, Spectrum, Volume};
 use serde::Serialize;
 
@@ -24,6 +24,9 @@ use super::volume_arguments::VolumeArguments;
 use super::{heading, report, spectrum_file};
 
 use way::{Request, Way, Whole};
+
+/// Number of isovalues at which a computed spectrum is measured for the report.
+const N_MEASURED: usize = 12;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -76,25 +79,14 @@ pub(super) struct Compute {
 #[derive(Serialize)]
 struct Computed<'a> {
     seconds: f64,
-    /// Quality of the spectrum; none after bricks, as the whole volume is not in memory.
-    measured: Option<Quality>,
+    /// Quality of the spectrum at a few isovalues; none after bricks, as the whole volume is not in memory.
+    measured: Option<SpotCheck>,
     /// The promises that do not hold, of a verification with default flags up to 20^3 samples, else at fewer isovalues; none after bricks.
     broken_promises: Option<Vec<String>>,
     /// What was expected before the sweep; none for bricks.
     forecast: Option<Forecast>,
     #[serde(flatten)]
     facts: Facts<'a>,
-}
-
-/// The quality that a verification measured.
-#[derive(Clone, Copy, Serialize)]
-struct Quality {
-    /// Number of random isovalues.
-    n_isovalues: usize,
-    /// Share of the triangles whose barycentre is within the tolerance of the isosurface.
-    within_tolerance_share: Option<f64>,
-    /// Mean radius ratio of the triangles.
-    radius_ratio: Option<f64>,
 }
 
 /// A computation that has ended.
@@ -107,7 +99,7 @@ struct Finished<'a> {
 
 /// What is known of a spectrum whose volume is in memory.
 struct Measured {
-    quality: Quality,
+    spot: SpotCheck,
     /// The promises that do not hold, and what helps.
     broken: Vec<String>,
     advice: &'static str,
@@ -121,15 +113,11 @@ impl Measured {
         forecast: Forecast,
         quiet: bool,
     ) -> Result<Measured> {
+        let spot = spot_check(spectrum, volume, N_MEASURED)?;
         let sampling = Sampling::affordable(volume);
         let found = verify(spectrum, volume, sampling, Limits::default(), &Bar::new(quiet))?;
         let advice = advice(&found, volume);
-        let quality = Quality {
-            n_isovalues: sampling.n_random,
-            within_tolerance_share: found.totals.within_tolerance_share,
-            radius_ratio: found.totals.radius_ratio.mean,
-        };
-        Ok(Measured { quality, broken: found.failures, advice, forecast })
+        Ok(Measured { spot, broken: found.failures, advice, forecast })
     }
 }
 
@@ -197,7 +185,7 @@ impl Compute {
             return Ok(());
         }
         log::info!("{}: done in {seconds:.1} s", path.display());
-        report::log_lines(&summary(&facts, measured.as_ref().map(|m| &m.quality)));
+        report::log_lines(&summary(&facts, measured.as_ref().map(|m| &m.spot)));
         if let Some(Measured { broken, advice, .. }) =
             measured.as_ref().filter(|m| !m.broken.is_empty())
         {
@@ -206,7 +194,7 @@ impl Compute {
         }
         let (forecast, broken_promises) =
             measured.as_ref().map(|m| (m.forecast, m.broken.clone())).unzip();
-        let measured = measured.map(|m| m.quality);
+        let measured = measured.map(|m| m.spot);
         if log::log_enabled!(log::Level::Debug) {
             report::log_lines(&facts.table());
         }
@@ -253,7 +241,7 @@ impl Compute {
 }
 
 /// Describes quality and size of a spectrum for people.
-fn summary(facts: &Facts, measured: Option<&Quality>) -> String {
+fn summary(facts: &Facts, measured: Option<&SpotCheck>) -> String {
     let tolerance = report::number(facts.tolerance());
     let mut rows = facts.summary();
     if let Some(measured) = measured {

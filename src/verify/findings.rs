@@ -86,8 +86,6 @@ pub struct Totals {
     pub barycentre_deviation: Summary,
     /// From the isosurface to the mesh, voxels.
     pub surface_deviation: Summary,
-    /// Share of triangles whose barycentre is within the tolerance of the isosurface; `None` without triangles.
-    pub within_tolerance_share: Option<f64>,
     /// 2r/R of the triangles.
     pub radius_ratio: Summary,
     /// Largest jump across an event, voxels.
@@ -105,12 +103,7 @@ pub struct Totals {
 }
 
 impl Totals {
-    pub(super) fn of(
-        rows: &[Row],
-        pooled: &Geometry,
-        continuity: &Continuity,
-        tolerance: f64,
-    ) -> Totals {
+    pub(super) fn of(rows: &[Row], pooled: &Geometry, continuity: &Continuity) -> Totals {
         let largest = |jumps: &[Jump], of: fn(&Jump) -> f64| jumps.iter().map(of).reduce(f64::max);
         let Continuity { at_events, elsewhere, .. } = continuity;
         let n_where = |holds: fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count();
@@ -129,7 +122,6 @@ impl Totals {
             vertex_deviation: pooled.vertex_deviation.summary(),
             barycentre_deviation: pooled.barycentre_deviation.summary(),
             surface_deviation: pooled.surface_deviation.summary(),
-            within_tolerance_share: pooled.barycentre_deviation.share_within(tolerance),
             radius_ratio,
             largest_jump: largest(at_events, |j| j.largest),
             largest_jump_p99: largest(at_events, |j| j.p99),

@@ -17,7 +17,7 @@ use crate::volume::{Outside, Volume};
 /// Largest distance that is measured, voxels.
 pub(super) const MAX_DISTANCE: f64 = 4.0;
 
-/// Most points of the isosurface whose distance to the mesh is measured at one isovalue.
+/// Most points of the isosurface whose distance to the mesh is measured at one isovalue, and most triangles of a spot check.
 const MAX_POINTS: usize = 20_000;
 
 /// Distances and shapes of one mesh, or of several.
@@ -77,7 +77,7 @@ pub(super) fn measure(
     mesh: &Mesh,
     grid: &TriangleGrid<'_>,
 ) -> Geometry {
-    let mut geometry = of_triangles(volume, isovalue, mesh);
+    let mut geometry = of_triangles(volume, isovalue, mesh, 1);
     add_vertices(&mut geometry.vertex_deviation, volume, isovalue, mesh);
     let points = lattice_crossings(volume, isovalue);
     let distances: Vec<f64> = points.par_iter().map(|&p| grid.distance(p, MAX_DISTANCE)).collect();
@@ -85,12 +85,18 @@ pub(super) fn measure(
     geometry
 }
 
-/// Measures the triangles of a mesh, without its vertices and the coverage of the isosurface.
-fn of_triangles(volume: &Volume, isovalue: f64, mesh: &Mesh) -> Geometry {
+/// Measures a subset of the triangles of a mesh that [`is_placed`], evenly distributed.
+pub(super) fn spot_check(volume: &Volume, isovalue: f64, mesh: &Mesh) -> Geometry {
+    let every = mesh.triangles.len().div_ceil(MAX_POINTS).max(1);
+    of_triangles(volume, isovalue, mesh, every)
+}
+
+/// Measures one in `every` triangles of a mesh, without its vertices and the coverage of the isosurface.
+fn of_triangles(volume: &Volume, isovalue: f64, mesh: &Mesh, every: usize) -> Geometry {
     let mut geometry = Geometry::new();
-    let mut measured = Vec::with_capacity(mesh.triangles.len());
+    let mut measured = Vec::with_capacity(mesh.triangles.len() / every);
     let proper = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
-    for (triangle, _) in proper {
+    for (triangle, _) in proper.step_by(every) {
         let corners = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
         if corners.iter().all(|&p| is_inside(volume, p)) {
             geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));

@@ -55,7 +55,7 @@ impl Report {
         pooled: &Geometry,
         continuity: Continuity,
     ) -> Self {
-        let totals = Totals::of(&rows, pooled, &continuity, spectrum.tolerance());
+        let totals = Totals::of(&rows, pooled, &continuity);
         let promises =
             promises(&totals, &continuity.beyond_elsewhere, &limits, spectrum.tolerance());
         let failures = failures(&promises);
