@@ -315,3 +315,18 @@ mod real_volumes {
         }
     }
 }
+
+#[test]
+fn a_volume_of_another_spacing_is_not_that_of_the_spectrum() {
+    let spectrum = unmoving(&sphere());
+    let spaced = |spacing: [f64; 3]| {
+        let placement = Placement { spacing, ..Placement::default() };
+        let volume = Volume::new("v", sphere().dims(), sphere().samples().clone(), placement);
+        let volume = volume.expect("a valid volume");
+        verify(&spectrum, &volume, Sampling::default(), Limits::default(), &Silent)
+    };
+    // The voxel frame is the same for all cubic cells.
+    assert!(spaced([0.5; 3]).is_ok());
+    let error = spaced([1.0, 1.0, 2.0]).expect_err("cells are longer").to_string();
+    assert!(error.contains("cells of [1.0, 1.0, 1.5] voxels"), "{error}");
+}
