@@ -55,7 +55,6 @@ pub struct Parameters {
     /// Isovalue of the initial mesh.
     pub start: Option<f64>,
     /// Number of starts, each with a part of the range of its own; by the forecast if absent.
-    #[serde(default)]
     pub starts: Option<usize>,
     /// File with a mesh for `start`.
     pub initial_mesh: Option<PathBuf>,

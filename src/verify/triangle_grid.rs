@@ -28,7 +28,6 @@ struct Cell {
 }
 
 /// The cells by row along z: the range of row (i, j) begins at `starts[i' + n[0] * j']`, counted from the lowest row.
-#[derive(Default)]
 struct Rows {
     lowest: [i32; 2],
     n: [i32; 2],
@@ -151,10 +150,9 @@ impl<'a> TriangleGrid<'a> {
         while f64::from(ring - 1) * self.cell_size < nearest {
             for i in -ring..=ring {
                 for j in -ring..=ring {
-                    let (i, j) = (home[0] + i, home[1] + j);
                     // Inner cells belong to earlier rings.
-                    let on_shell =
-                        i.abs_diff(home[0]).max(j.abs_diff(home[1])) == ring.unsigned_abs();
+                    let on_shell = i.abs().max(j.abs()) == ring;
+                    let (i, j) = (home[0] + i, home[1] + j);
                     for &cell in self.near(i, j, home[2], ring) {
                         if !on_shell && cell.k.abs_diff(home[2]) != ring.unsigned_abs() {
                             continue;

@@ -15,7 +15,8 @@ use crate::forecast::Forecast;
 use crate::sweep::calendar::{Calendar, inner_samples};
 use crate::sweep::context::Sweep;
 
-/// Most triangles that meetings add, as a share of all triangles of the spectrum.
+/// Most triangles that meetings add, as a share of all triangles of the spectrum. A tracked mesh has about one for each lattice edge
+/// that the isosurface crosses.
 const MAX_MEETING_SHARE: f64 = 0.05;
 
 /// Fewest triangles of a stretch: with fewer, a sweep takes a few seconds.
@@ -26,9 +27,6 @@ const MAX_STRETCHES: usize = 16;
 
 /// Isovalues among which a meeting is chosen.
 const N_CANDIDATES: usize = 17;
-
-/// Tracked triangles at a meeting for each lattice edge that the isosurface crosses.
-const TRIANGLES_PER_CROSSING: f64 = 1.0;
 
 /// Most arcs of the contour tree for each lattice edge that the isosurface crosses on average, for more than one start. In scans,
 /// which have more, each start has to find out anew what can be tracked: a second one costs up to a fifth more bytes and time.
@@ -48,14 +46,8 @@ pub(super) fn stretches(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     if let Some(start) = sweep.parameters.start {
         return vec![Stretch { low, start, high }];
     }
-    let n = sweep.parameters.starts;
-    let stretches = n.map_or_else(
-        || affordable(sweep, calendar),
-        |n| {
-            let starts = starts(sweep, calendar, n);
-            divided(&starts, &meetings(sweep, calendar, &starts), sweep.range)
-        },
-    );
+    let requested = sweep.parameters.starts.map(|n| divided(sweep, calendar, n).0);
+    let stretches = requested.unwrap_or_else(|| affordable(sweep, calendar));
     log::debug!("stretches: {stretches:?}");
     stretches
 }
@@ -71,32 +63,30 @@ fn affordable(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     let forecast = Forecast::of(&sweep.exact, &sweep.topology, sweep.range, sweep.parameters.error);
     let n_arcs = sweep.topology.n_arcs_in(sweep.range) as f64;
     let is_smooth = n_arcs <= MAX_ARCS_PER_CROSSING * forecast.crossings;
-    let triangles = if is_smooth { forecast.triangles } else { 0.0 };
-    let most = (triangles / MIN_TRIANGLES).min(MAX_STRETCHES as f64) as usize;
-    for n in (2..=most).rev() {
-        let starts = starts(sweep, calendar, n);
-        let meetings = meetings(sweep, calendar, &starts);
-        let n_crossings: u64 = meetings.iter().flatten().map(|meeting| meeting.n_crossings).sum();
-        let added = n_crossings as f64 * TRIANGLES_PER_CROSSING;
-        if added <= MAX_MEETING_SHARE * triangles {
-            return divided(&starts, &meetings, sweep.range);
-        }
-    }
-    divided(&starts(sweep, calendar, 1), &[], sweep.range)
+    let most = (forecast.triangles / MIN_TRIANGLES).min(MAX_STRETCHES as f64) as usize;
+    let most = if is_smooth { most } else { 1 };
+    let several = (2..=most)
+        .rev()
+        .map(|n| divided(sweep, calendar, n))
+        .find(|(_, n_crossings)| *n_crossings as f64 <= MAX_MEETING_SHARE * forecast.triangles);
+    several.unwrap_or_else(|| divided(sweep, calendar, 1)).0
 }
 
-/// The stretches between meetings, one for each start but those that have no meeting with the start before: of a few sample
-/// values, several starts may be the same.
-fn divided(starts: &[f64], meetings: &[Option<Meeting>], (low, high): (f64, f64)) -> Vec<Stretch> {
-    let mut all = vec![Stretch { low, start: starts[0], high }];
-    for (&start, meeting) in starts[1..].iter().zip(meetings) {
-        if let Some(Meeting { isovalue, .. }) = *meeting {
+/// The range divided for `n` starts, and the number of crossings at all meetings. A start that has no meeting with the one before is
+/// left out: of a few sample values, several starts may be the same.
+fn divided(sweep: &Sweep, calendar: &Calendar, n: usize) -> (Vec<Stretch>, u64) {
+    let (low, high) = sweep.range;
+    let starts = starts(sweep, calendar, n);
+    let (mut all, mut n_all) = (vec![Stretch { low, start: starts[0], high }], 0);
+    for (&start, meeting) in starts[1..].iter().zip(meetings(sweep, calendar, &starts)) {
+        if let Some(Meeting { isovalue, n_crossings }) = meeting {
             let last = all.last_mut().expect("one at least");
             last.high = isovalue;
             all.push(Stretch { low: isovalue, start, high });
+            n_all += n_crossings;
         }
     }
-    all
+    (all, n_all)
 }
 
 /// The starts of `n` stretches, each in the middle of the same share of the work.
@@ -115,6 +105,9 @@ fn candidates(sweep: &Sweep, calendar: &Calendar, share: f64, n: usize) -> Vec<f
 /// between them.
 fn meetings(sweep: &Sweep, calendar: &Calendar, starts: &[f64]) -> Vec<Option<Meeting>> {
     let n = starts.len();
+    if n == 1 {
+        return Vec::new();
+    }
     let candidates: Vec<f64> =
         (1..n).flat_map(|i| candidates(sweep, calendar, i as f64 / n as f64, n)).collect();
     let crossings = crossings(sweep, &candidates);
