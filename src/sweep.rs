@@ -12,6 +12,7 @@
 mod area;
 mod block;
 mod calendar;
+mod cause;
 mod check;
 mod chords;
 mod clusters;

@@ -27,6 +27,18 @@ pub struct Counts {
     pub faults: u64,
     /// How often the whole mesh became exact because an exchange was refused repeatedly.
     pub given_up: u64,
+    /// Lifetimes of tracked triangles that an exchange with exact cells ended.
+    pub ended_by_exchanges: u64,
+    /// Lifetimes that the seam ended by crossing a sample.
+    pub ended_by_seam: u64,
+    /// Lifetimes that flips ended.
+    pub ended_by_flips: u64,
+    /// Lifetimes that splits ended.
+    pub ended_by_splits: u64,
+    /// Lifetimes that collapses ended.
+    pub ended_by_collapses: u64,
+    /// Lifetimes that repairs of turned, crossing or distant faces ended.
+    pub ended_by_repairs: u64,
     /// Command buffers submitted to a GPU; zero if meshes are small, or kernels run on the CPU.
     pub submissions: u64,
     /// How often the CPU waited for results of a GPU.
@@ -53,6 +65,12 @@ impl Counts {
         self.passed += o.passed;
         self.faults += o.faults;
         self.given_up += o.given_up;
+        self.ended_by_exchanges += o.ended_by_exchanges;
+        self.ended_by_seam += o.ended_by_seam;
+        self.ended_by_flips += o.ended_by_flips;
+        self.ended_by_splits += o.ended_by_splits;
+        self.ended_by_collapses += o.ended_by_collapses;
+        self.ended_by_repairs += o.ended_by_repairs;
         self.submissions += o.submissions;
         self.read_backs += o.read_backs;
     }

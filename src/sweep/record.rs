@@ -10,6 +10,7 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
+use super::cause::{Cause, Ended};
 use super::join::Joined;
 use super::life::{Life, Track};
 use super::tracked::Tracked;
@@ -29,6 +30,8 @@ pub(super) struct Recorder {
     /// Knots by own trajectory, in the order in which they were recorded.
     pub(super) knots: Vec<Vec<OwnKnot>>,
     pub(super) lives: Vec<Life>,
+    /// Lifetimes that ended before the end of the march, by cause.
+    pub(super) ended: Ended,
     /// By vertex slot.
     tracks: Vec<Option<Track>>,
     /// By face slot: the trajectories, and the isovalue since which they are those.
@@ -42,6 +45,7 @@ pub(super) struct Mark {
     alive: Vec<Option<([Track; 3], f64)>>,
     n_lives: usize,
     n_knots: usize,
+    ended: Ended,
 }
 
 impl Recorder {
@@ -52,6 +56,7 @@ impl Recorder {
             alive: self.alive.clone(),
             n_lives: self.lives.len(),
             n_knots: self.knots.len(),
+            ended: self.ended,
         }
     }
 
@@ -59,7 +64,7 @@ impl Recorder {
     pub(super) fn roll_back(&mut self, mark: Mark) {
         self.lives.truncate(mark.n_lives);
         self.knots.truncate(mark.n_knots);
-        (self.tracks, self.alive) = (mark.tracks, mark.alive);
+        (self.tracks, self.alive, self.ended) = (mark.tracks, mark.alive, mark.ended);
     }
 
     /// Appends the records of another recorder that was a copy of this one; `n_common` trajectories are common to both.
@@ -135,6 +140,7 @@ impl Recorder {
         tracked: &Tracked,
         faces: impl Iterator<Item = Face>,
         isovalue: f64,
+        cause: impl Fn(usize) -> Cause,
     ) {
         for f in faces {
             let slot = f.0 as usize;
@@ -149,16 +155,22 @@ impl Recorder {
                 })
             });
             if self.alive[slot].map(|a| a.0) != now {
-                self.end(slot, isovalue);
+                self.end(slot, isovalue, Some(cause(slot)));
                 self.alive[slot] = now.map(|vertices| (vertices, isovalue));
             }
         }
     }
 
-    /// Records that any face may have changed at an isovalue.
-    pub(super) fn changed_all(&mut self, tracked: &Tracked, isovalue: f64) {
+    /// Records that any face may have changed at an isovalue, for a cause by face slot.
+    pub(super) fn changed_all(
+        &mut self,
+        tracked: &Tracked,
+        isovalue: f64,
+        cause: impl Fn(usize) -> Cause,
+    ) {
         self.forget(tracked);
-        self.changed(tracked, (0..tracked.mesh.face_slots() as u32).map(Face), isovalue);
+        let faces = (0..tracked.mesh.face_slots() as u32).map(Face);
+        self.changed(tracked, faces, isovalue, cause);
     }
 
     /// Records an exchange at an isovalue.
@@ -182,10 +194,11 @@ impl Recorder {
         // In an order that does not depend on the map.
         for f in &joined.removed {
             if let Some(alive) = before.remove(f) {
-                self.write(alive, isovalue);
+                self.write(alive, isovalue, Some(Cause::Exchange));
             }
         }
-        self.changed(&joined.tracked, joined.faces.iter().map(|f| f.0), isovalue);
+        let faces = joined.faces.iter().map(|f| f.0);
+        self.changed(&joined.tracked, faces, isovalue, |_| Cause::Exchange);
     }
 
     /// Removes the trajectories of empty vertex slots, as other vertices may reuse them.
@@ -197,29 +210,33 @@ impl Recorder {
         }
     }
 
-    fn end(&mut self, slot: usize, isovalue: f64) {
+    fn end(&mut self, slot: usize, isovalue: f64, cause: Option<Cause>) {
         if let Some(alive) = self.alive[slot].take() {
-            self.write(alive, isovalue);
+            self.write(alive, isovalue, cause);
         }
     }
 
-    fn write(&mut self, (vertices, since): ([Track; 3], f64), isovalue: f64) {
+    /// Writes a lifetime that ends at an isovalue; at the end of the march without a cause.
+    fn write(&mut self, (vertices, since): ([Track; 3], f64), isovalue: f64, cause: Option<Cause>) {
         let (low, high) = (since.min(isovalue), since.max(isovalue));
         if low < high {
+            cause.into_iter().for_each(|cause| self.ended.add(cause));
             self.lives.push(Life { vertices, low, high, cap: false });
         }
     }
 
     /// Ends all lifetimes and trajectories: nothing is tracked any more.
     pub(super) fn clear(&mut self, isovalue: f64) {
-        self.finish(isovalue);
+        for slot in 0..self.alive.len() {
+            self.end(slot, isovalue, Some(Cause::Exchange));
+        }
         self.tracks.clear();
     }
 
     /// Ends all lifetimes at the end of the march.
     pub(super) fn finish(&mut self, isovalue: f64) {
         for slot in 0..self.alive.len() {
-            self.end(slot, isovalue);
+            self.end(slot, isovalue, None);
         }
     }
 }

@@ -12,6 +12,7 @@ pub(super) mod improve;
 mod refine;
 mod simplify;
 
+use super::cause::{Cause, FirstCauses};
 use crate::mesh::HalfEdgeMesh;
 use criteria::{Criteria, extend_sizing, sizing};
 use flips::{Flips, flip_edges};
@@ -28,18 +29,22 @@ const FLIPS: Flips = Flips { gain: 0.1, poor: 0.6 };
 const LONG_FACTOR: f32 = 1.8;
 const COLLAPSES: Bounds = Bounds { short: 0.45, share: 0.6 };
 
-/// Remeshes everything that is not fixed.
-pub(super) fn remesh(mesh: &mut HalfEdgeMesh, criteria: &Criteria) {
+/// Remeshes everything that is not fixed; `causes` has the causes of the changes.
+pub(super) fn remesh(mesh: &mut HalfEdgeMesh, criteria: &Criteria, causes: &mut FirstCauses) {
     if mesh.n_faces() == 0 {
         return;
     }
     flip_edges(mesh, criteria, 2, FLIPS);
+    causes.attribute(mesh, Cause::Flip);
     let deviations = criteria.deviations(mesh);
     let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
     refine(mesh, criteria, &deviations);
     extend_sizing(mesh, &mut length);
     split_long(mesh, criteria, &length, LONG_FACTOR);
+    causes.attribute(mesh, Cause::Split);
     extend_sizing(mesh, &mut length);
     simplify(mesh, criteria, &length, COLLAPSES);
+    causes.attribute(mesh, Cause::Collapse);
     flip_edges(mesh, criteria, 2, FLIPS);
+    causes.attribute(mesh, Cause::Flip);
 }

@@ -46,7 +46,8 @@ pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Re
 }
 
 impl Marched {
-    fn of(March { record, exact_intervals, counts, .. }: March) -> Marched {
+    fn of(March { record, exact_intervals, mut counts, .. }: March) -> Marched {
+        record.ended.insert_into(&mut counts);
         Marched { record, exact_intervals, counts }
     }
 

@@ -7,6 +7,7 @@ use glam::Vec3;
 use super::state::{March, State};
 use crate::mesh::{Face, HalfEdgeMesh, Vertex, area};
 use crate::sweep::calendar::Passage;
+use crate::sweep::cause::Cause;
 use crate::sweep::check::{mismatched_parts, open_seam};
 use crate::sweep::region::{LatticeEdge, Link};
 use crate::sweep::remesh::criteria::Criteria;
@@ -151,7 +152,8 @@ impl March<'_, '_> {
             return Vec::new();
         }
         let repaired = repair(tracked, region, &shapes, &turned);
-        self.record.changed(tracked, repaired.faces.iter().copied(), isovalue);
+        let changed = repaired.faces.iter().copied();
+        self.record.changed(tracked, changed, isovalue, |_| Cause::Repair);
         faces.extend(repaired.faces);
         repaired.gone.into_iter().map(|v| (v, isovalue, place(tracked, v, isovalue))).collect()
     }
@@ -218,7 +220,8 @@ impl March<'_, '_> {
             }
             self.counts.passed += 1;
             crossed_faces.extend(&changes.faces);
-            self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
+            let faces = changes.faces.iter().copied();
+            self.record.changed(&state.tracked, faces, value, |_| Cause::Seam);
             for (v, between) in changes.born {
                 let [p, q] =
                     between.map(|v| ends.get(v).unwrap_or_else(|| state.tracked.mesh.position(v)));

@@ -8,6 +8,7 @@ use glam::Vec3;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::sweep::calendar::{Calendar, Passage};
+use crate::sweep::cause::{Cause, Ended};
 use crate::sweep::context::Sweep;
 use crate::sweep::counts::Counts;
 use crate::sweep::exact::ExactInterval;
@@ -91,7 +92,7 @@ impl<'s, 'a> March<'s, 'a> {
             (Region::all_exact(grid, calendar.blocks(grid, passage)), Tracked::default())
         };
         let mut record = Recorder::default();
-        record.changed_all(&tracked, start);
+        record.changed_all(&tracked, start, |_| Cause::Exchange);
         let (exact_intervals, counts, step) = (Vec::new(), Counts::default(), MIN_EXACT_STEPS + 1);
         let march = March { sweep, calendar, grid, record, exact_intervals, counts, step, done };
         let since = region.blocks().iter().map(|&b| (b, start)).collect();
@@ -102,16 +103,9 @@ impl<'s, 'a> March<'s, 'a> {
     pub(super) fn fork(&self) -> Self {
         let March { sweep, calendar, grid, step, done, .. } = *self;
         let (exact_intervals, counts) = (Vec::new(), Counts::default());
-        March {
-            sweep,
-            calendar,
-            grid,
-            record: self.record.clone(),
-            exact_intervals,
-            counts,
-            step,
-            done,
-        }
+        let mut record = self.record.clone();
+        record.ended = Ended::default();
+        March { sweep, calendar, grid, record, exact_intervals, counts, step, done }
     }
 
     pub(super) fn exact(&self) -> &'s ExactField<'a> {

@@ -10,6 +10,7 @@ use crate::extract::count::count_parts;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Vertex};
 use crate::sweep::calendar::Passage;
+use crate::sweep::cause::{Cause, FirstCauses};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::remesh::remesh;
 use crate::sweep::repair::{Shape, repair, repair_faults};
@@ -101,9 +102,9 @@ impl March<'_, '_> {
     fn finish_step(&mut self, state: &mut State, isovalue: f64) {
         state.at = isovalue;
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        self.repair_and_remesh(state, &criteria);
+        let causes = self.repair_and_remesh(state, &criteria);
         let faults = faults(&state.tracked, &criteria, self.parameters());
-        self.record.changed_all(&state.tracked, isovalue);
+        self.record.changed_all(&state.tracked, isovalue, |slot| causes.of(slot));
         self.counts.faults += faults.len() as u64;
         let middle = |f: Face| state.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0;
         let places: Vec<Vec3> = faults.into_iter().map(middle).collect();
@@ -203,15 +204,24 @@ impl March<'_, '_> {
         if repaired.corners.is_empty() {
             return None;
         }
-        self.record.changed_all(&state.tracked, state.at);
+        self.record.changed_all(&state.tracked, state.at, |_| Cause::Repair);
         Some(self.blocks_at(&places))
     }
 
-    /// Remeshes at the end of a step; repairs failing faces before, as remeshing does not, and after.
-    fn repair_and_remesh(&self, State { tracked, region, .. }: &mut State, criteria: &Criteria) {
+    /// Remeshes at the end of a step; repairs failing faces before, as remeshing does not, and after. Returns the causes of the
+    /// changes.
+    fn repair_and_remesh(
+        &self,
+        State { tracked, region, .. }: &mut State,
+        criteria: &Criteria,
+    ) -> FirstCauses {
+        let mut causes = FirstCauses::new(&tracked.mesh);
         repair_faults(tracked, region, criteria, self.parameters());
-        remesh(&mut tracked.mesh, criteria);
+        causes.attribute(&tracked.mesh, Cause::Repair);
+        remesh(&mut tracked.mesh, criteria, &mut causes);
         repair_faults(tracked, region, criteria, self.parameters());
+        causes.attribute(&tracked.mesh, Cause::Repair);
+        causes
     }
 
     /// Starts the back-off of a block whose tracking failed: it stays exact for some steps, twice as many if it fails again soon.

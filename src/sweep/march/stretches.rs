@@ -8,12 +8,15 @@
 //! live there. So the number of stretches follows from the size of the spectrum and of the isosurface, never from the machine, and
 //! meetings lie where the isosurface is small.
 
+use std::ops::RangeInclusive;
+
 use rayon::prelude::*;
 
 use super::length::isovalue_at_share;
 use crate::forecast::Forecast;
-use crate::sweep::calendar::{Calendar, inner_samples};
+use crate::sweep::calendar::Calendar;
 use crate::sweep::context::Sweep;
+use crate::topology::exact::ExactField;
 
 /// Most triangles that meetings add, as a share of all triangles of the spectrum. A tracked mesh has about one for each lattice edge
 /// that the isosurface crosses.
@@ -46,8 +49,9 @@ pub(super) fn stretches(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     if let Some(start) = sweep.parameters.start {
         return vec![Stretch { low, start, high }];
     }
-    let requested = sweep.parameters.starts.map(|n| divided(sweep, calendar, n).0);
-    let stretches = requested.unwrap_or_else(|| affordable(sweep, calendar));
+    let requested =
+        |n: usize| divided(sweep, calendar, &Crossings::at_candidates(sweep, calendar, n..=n), n).0;
+    let stretches = sweep.parameters.starts.map_or_else(|| affordable(sweep, calendar), requested);
     log::debug!("stretches: {stretches:?}");
     stretches
 }
@@ -65,21 +69,29 @@ fn affordable(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     let is_smooth = n_arcs <= MAX_ARCS_PER_CROSSING * forecast.crossings;
     let most = (forecast.triangles / MIN_TRIANGLES).min(MAX_STRETCHES as f64) as usize;
     let most = if is_smooth { most } else { 1 };
+    let crossings = Crossings::at_candidates(sweep, calendar, 2..=most);
     let several = (2..=most)
         .rev()
-        .map(|n| divided(sweep, calendar, n))
+        .map(|n| divided(sweep, calendar, &crossings, n))
         .find(|(_, n_crossings)| *n_crossings as f64 <= MAX_MEETING_SHARE * forecast.triangles);
-    several.unwrap_or_else(|| divided(sweep, calendar, 1)).0
+    several.unwrap_or_else(|| divided(sweep, calendar, &crossings, 1)).0
 }
 
 /// The range divided for `n` starts, and the number of crossings at all meetings. A start that has no meeting with the one before is
 /// left out: of a few sample values, several starts may be the same.
-fn divided(sweep: &Sweep, calendar: &Calendar, n: usize) -> (Vec<Stretch>, u64) {
+fn divided(
+    sweep: &Sweep,
+    calendar: &Calendar,
+    crossings: &Crossings,
+    n: usize,
+) -> (Vec<Stretch>, u64) {
     let (low, high) = sweep.range;
     let starts = starts(sweep, calendar, n);
     let (mut all, mut n_all) = (vec![Stretch { low, start: starts[0], high }], 0);
-    for (&start, meeting) in starts[1..].iter().zip(meetings(sweep, calendar, &starts)) {
-        if let Some(Meeting { isovalue, n_crossings }) = meeting {
+    for (i, pair) in starts.windows(2).enumerate() {
+        let (share, start) = ((i + 1) as f64 / n as f64, pair[1]);
+        let candidates = candidates(sweep, calendar, share, n);
+        if let Some(Meeting { isovalue, n_crossings }) = crossings.fewest(&candidates, pair) {
             let last = all.last_mut().expect("one at least");
             last.high = isovalue;
             all.push(Stretch { low: isovalue, start, high });
@@ -101,39 +113,64 @@ fn candidates(sweep: &Sweep, calendar: &Calendar, share: f64, n: usize) -> Vec<f
     (0..N_CANDIDATES).map(at).collect()
 }
 
-/// The meetings of stretches: between each two starts, the isovalue with the fewest crossings. `None` where no isovalue is
-/// between them.
-fn meetings(sweep: &Sweep, calendar: &Calendar, starts: &[f64]) -> Vec<Option<Meeting>> {
-    let n = starts.len();
-    if n == 1 {
-        return Vec::new();
+/// The number of lattice edges that the isosurface crosses at some isovalues, ascending.
+struct Crossings(Vec<(f64, u64)>);
+
+impl Crossings {
+    /// Those at all candidates for the meetings of some numbers of stretches.
+    fn at_candidates(sweep: &Sweep, calendar: &Calendar, numbers: RangeInclusive<usize>) -> Self {
+        let of_meeting = |i: usize, n: usize| candidates(sweep, calendar, i as f64 / n as f64, n);
+        let mut isovalues: Vec<f64> =
+            numbers.flat_map(|n| (1..n).flat_map(move |i| of_meeting(i, n))).collect();
+        isovalues.sort_unstable_by(f64::total_cmp);
+        isovalues.dedup();
+        let counts = crossings(&sweep.exact, &isovalues);
+        Crossings(isovalues.into_iter().zip(counts).collect())
     }
-    let candidates: Vec<f64> =
-        (1..n).flat_map(|i| candidates(sweep, calendar, i as f64 / n as f64, n)).collect();
-    let crossings = crossings(sweep, &candidates);
-    let groups = candidates.chunks(N_CANDIDATES).zip(crossings.chunks(N_CANDIDATES));
-    let from_middle = |j: &usize| j.abs_diff(N_CANDIDATES / 2);
-    let fewest = |((isovalues, crossings), pair): ((&[f64], &[u64]), &[f64])| {
-        let inside =
-            (0..isovalues.len()).filter(|&j| pair[0] < isovalues[j] && isovalues[j] < pair[1]);
-        let best = inside.min_by_key(|j| (crossings[*j], from_middle(j)));
-        best.map(|j| Meeting { isovalue: isovalues[j], n_crossings: crossings[j] })
-    };
-    groups.zip(starts.windows(2)).map(fewest).collect()
+
+    /// The number at an isovalue, which must be one of them.
+    fn at(&self, isovalue: f64) -> u64 {
+        let found = self.0.binary_search_by(|(c, _)| c.total_cmp(&isovalue));
+        self.0[found.expect("a candidate")].1
+    }
+
+    /// Of some candidates, ascending, the one with the fewest crossings between two starts; `None` if none is between them.
+    fn fewest(&self, candidates: &[f64], starts: &[f64]) -> Option<Meeting> {
+        let inside = (0..candidates.len())
+            .filter(|&j| starts[0] < candidates[j] && candidates[j] < starts[1]);
+        let from_middle = |j: &usize| j.abs_diff(N_CANDIDATES / 2);
+        let best = inside.min_by_key(|j| (self.at(candidates[*j]), from_middle(j)));
+        best.map(|j| Meeting { isovalue: candidates[j], n_crossings: self.at(candidates[j]) })
+    }
 }
 
 /// The number of lattice edges that the isosurface crosses at each of some ascending isovalues.
-fn crossings(sweep: &Sweep, isovalues: &[f64]) -> Vec<u64> {
-    let field = &sweep.exact;
-    let dims = field.dims();
-    // The number of isovalues below a sample.
-    let n_below = |v: u32| isovalues.partition_point(|&c| c < field.sample(v));
-    let of_sample = |mut changes: Vec<i64>, v: u32| {
-        let own = n_below(v);
-        let is_inner = |&axis: &usize| field.position(v)[axis] + 2 < dims[axis] as i64;
-        for other in (0..3).filter(is_inner).map(|axis| n_below(v + field.strides()[axis])) {
-            changes[own.min(other)] += 1;
-            changes[own.max(other)] -= 1;
+fn crossings(field: &ExactField, isovalues: &[f64]) -> Vec<u64> {
+    if isovalues.is_empty() {
+        return Vec::new();
+    }
+    let [nx, ny, nz] = field.dims();
+    let [_, sy, sz] = field.strides();
+    // The number of isovalues below each sample of a plane.
+    let plane = |z: usize| -> Vec<u32> {
+        let row = |y: usize| {
+            let first = y as u32 * sy + z as u32 * sz;
+            first + 1..first + nx as u32 - 1
+        };
+        let samples = (1..ny - 1).flat_map(row).map(|v| field.sample(v));
+        samples.map(|sample| isovalues.partition_point(|&c| c < sample) as u32).collect()
+    };
+    // By number of isovalues: how many more edges are crossed from there on.
+    let of_plane = |mut changes: Vec<i64>, z: usize| {
+        let mut add = |a: u32, b: u32| {
+            changes[a.min(b) as usize] += 1;
+            changes[a.max(b) as usize] -= 1;
+        };
+        let (own, width) = (plane(z), nx - 2);
+        own.chunks_exact(width).for_each(|row| row.windows(2).for_each(|w| add(w[0], w[1])));
+        own.iter().zip(&own[width..]).for_each(|(&a, &b)| add(a, b));
+        if z + 2 < nz {
+            own.iter().zip(plane(z + 1)).for_each(|(&a, b)| add(a, b));
         }
         changes
     };
@@ -142,7 +179,7 @@ fn crossings(sweep: &Sweep, isovalues: &[f64]) -> Vec<u64> {
         a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
         a
     };
-    let changes = inner_samples(field).fold(none, of_sample).reduce(none, sum);
+    let changes = (1..nz - 1).into_par_iter().fold(none, of_plane).reduce(none, sum);
     let counts = changes.iter().scan(0i64, |n, change| {
         *n += change;
         Some(*n as u64)
