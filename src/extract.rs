@@ -85,7 +85,7 @@ pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
 
 /// The part of the isosurface inside one cell, whose lowest corner is `corner`, a vertex of the padded
 /// grid. As in [`extract`], except for the order of vertices.
-pub(crate) fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Extraction {
+pub fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Extraction {
     let mut polygoniser = Polygoniser::new(field, isovalue, Numbering::OneCell);
     let cell = Cell::at(field, corner, isovalue);
     if cell.inside != 0 && cell.inside != 255 {
