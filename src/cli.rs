@@ -40,6 +40,7 @@ mod parts;
 mod plan;
 mod preparation_arguments;
 mod progress;
+mod pvd;
 mod render;
 mod report;
 mod series;
@@ -100,7 +101,7 @@ Exit codes:
   0    success
   1    internal error, or no GPU
   2    wrong usage
-  3    a file cannot be read or written, is damaged or unsupported
+  3    a file cannot be read or written, is damaged or unsupported, or memory does not suffice
   4    the isovalue is outside the range
   5    verification failed
   130  interrupted (129 by a hangup, 143 by a request to terminate)";
