@@ -20,7 +20,7 @@ mod planes;
 pub(crate) mod slices;
 
 use std::fs::File;
-use std::io::{self, BufReader, Seek, SeekFrom};
+use std::io::{self, BufReader, Read as _, Seek, SeekFrom};
 
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
@@ -46,7 +46,8 @@ const MAX_COMPRESSION_RATIO: u64 = DEFLATE_RATIO;
 /// Most pages of a file: ends chains of directories that form a circle.
 const MAX_PAGES: usize = 1 << 20;
 
-/// Values of the tag PlanarConfiguration, and of NewSubfileType: reduced resolution, or a transparency mask.
+/// Values of the tags Compression, PlanarConfiguration, and NewSubfileType: reduced resolution, or a transparency mask.
+const LZW: u16 = 5;
 const PLANAR: u16 = 2;
 const REDUCED_OR_MASK: u32 = 1 | 4;
 
@@ -288,7 +289,7 @@ impl Pages {
             if page.is_planar {
                 return self.read_plane(&page, colour.index);
             }
-            let decoded = self.decoder.read_image().map_err(wrong)?;
+            let decoded = self.decoder.read_image().map_err(|e| self.explained(e))?;
             let (samples, n) = (samples_of(decoded)?, page.size[0] * page.size[1]);
             if samples.len() != n * page.n_colours {
                 return Err(invalid(format!(
@@ -320,7 +321,8 @@ impl Pages {
                 return Err(invalid(format!("a tile of {n} bytes, more than {length} can hold")));
             }
             let mut chunk = try_filled_vec(layout.len, 0u8)?;
-            self.decoder.read_chunk_bytes(index, &mut chunk).map_err(wrong)?;
+            let read = self.decoder.read_chunk_bytes(index, &mut chunk);
+            read.map_err(|e| self.explained(e))?;
             let row_bytes = layout.row_stride.map_or(1, |bytes| bytes.get());
             let [x, y] = [i % across * chunk_width, i / across * chunk_height];
             let n = row_bytes.min((width - x) * size);
@@ -331,6 +333,34 @@ impl Pages {
         }
         let (big_endian, n) = (cfg!(target_endian = "big"), width * height);
         read_samples(&mut &plane[..], page.sample_type, big_endian, n, n)
+    }
+
+    /// The error of decoding a page in one line; a compression that only files before TIFF 6.0 have is named.
+    fn explained(&mut self, error: TiffError) -> io::Error {
+        if self.has_old_lzw().unwrap_or(false) {
+            return invalid(
+                "LZW with the lowest bit first, as before TIFF 6.0, expected the highest first",
+            );
+        }
+        wrong(error)
+    }
+
+    /// Whether the codes of LZW have the lowest bit first: the first code, 256 in nine bits, begins with a byte of zeros.
+    fn has_old_lzw(&mut self) -> io::Result<bool> {
+        let compression: Option<u16> =
+            self.decoder.find_tag_unsigned(Tag::Compression).map_err(wrong)?;
+        let mut offsets = None;
+        for tag in [Tag::StripOffsets, Tag::TileOffsets] {
+            let found: Option<Vec<u64>> = self.decoder.find_tag_unsigned_vec(tag).map_err(wrong)?;
+            offsets = offsets.or(found);
+        }
+        let (Some(LZW), Some(&[first, ..])) = (compression, offsets.as_deref()) else {
+            return Ok(false);
+        };
+        let (reader, mut bytes) = (self.decoder.inner(), [0; 2]);
+        reader.seek(SeekFrom::Start(first))?;
+        reader.read_exact(&mut bytes)?;
+        Ok(bytes[0] == 0 && bytes[1] & 1 == 1)
     }
 
     /// Reads the samples of contiguous pages with one directory.
