@@ -187,11 +187,12 @@ def test_one_thread_serves_where_the_system_grants_no_other():
         # What starts threads of its own.
         os.environ["OPENBLAS_NUM_THREADS"] = "1"
         import isospectrum, numpy as np
+        # Before the child may read no file of Python any more.
+        a = np.random.default_rng(1).random((9, 9, 9))
         if os.getuid() == 0:
             os.setgid(65534)
             os.setuid(65534)
         resource.setrlimit(resource.RLIMIT_NPROC, (0, 0))
-        a = np.random.default_rng(1).random((9, 9, 9))
         for threads in (None, 2):
             s = isospectrum.compute(a, backend="cpu", threads=threads, check=False, progress=False)
             print(s.n_triangles, len(s.mesh("50%").triangles), s.verify(a, n=3, progress=False).data["passed"])
