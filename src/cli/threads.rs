@@ -25,19 +25,22 @@ static IS_STARTED: AtomicBool = AtomicBool::new(false);
 /// [`Error::Usage`] if threads end between the test and the start.
 pub(super) fn start_granted() -> Result<()> {
     let processors = available_parallelism().map_or(1, usize::from);
-    let affordable = affordable_threads();
-    let granted = match affordable {
-        Some(n) if n < 2 => 0,
-        Some(n) => startable_threads(processors.min(n)),
-        None => startable_threads(processors),
+    let Some(affordable) = affordable_threads() else {
+        let granted = startable_threads(processors);
+        if granted < processors {
+            IS_STARTED.store(true, Ordering::Relaxed);
+            start(processors, granted)?;
+        }
+        return Ok(());
     };
-    if granted < processors || affordable.is_some() {
-        IS_STARTED.store(true, Ordering::Relaxed);
-        start(processors, granted)?;
+    IS_STARTED.store(true, Ordering::Relaxed);
+    let wanted = affordable.min(processors);
+    log::debug!("address space for {wanted} of {processors} threads");
+    if wanted < 2 {
+        return start(0, 0);
     }
-    if affordable.is_some() {
-        rayon::broadcast(|_| std::hint::black_box(Vec::<u8>::with_capacity(1)));
-    }
+    start(wanted, startable_threads(wanted))?;
+    rayon::broadcast(|_| std::hint::black_box(Vec::<u8>::with_capacity(1)));
     Ok(())
 }
 
