@@ -21,6 +21,7 @@ mod driver_warning;
 mod empty;
 pub(crate) mod exit_code;
 mod extract;
+mod failed_allocation;
 mod film;
 mod frames;
 mod heading;
@@ -143,6 +144,7 @@ pub(crate) fn parse() -> Result<Cli, clap::Error> {
 /// Runs the command.
 pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
     start_log(arguments);
+    failed_allocation::install();
     interrupt::install(progress::clear);
     threads::start_granted()?;
     match &arguments.command {

@@ -42,7 +42,6 @@ pub(super) fn install(clear: fn()) {
         }
     }
     fail_writes_beyond_limit();
-    exit_on_failed_allocation();
     let watch = std::thread::Builder::new().name("signals".to_owned());
     if let Err(error) = watch.spawn(move || exit_after_signal(clear)) {
         log::debug!("a signal ends only work that checks for it: {error}");
@@ -57,25 +56,6 @@ fn fail_writes_beyond_limit() {
         let ignored = Arc::new(AtomicBool::new(false));
         if let Err(error) = flag::register(signal_hook::consts::signal::SIGXFSZ, ignored) {
             log::debug!("a file beyond the limit of file sizes ends the program: {error}");
-        }
-    }
-}
-
-/// Lets the abort that follows a failed allocation exit with the code for a lack of memory, where the system limits memory so that
-/// allocations fail. The standard library has printed the number of bytes by then.
-fn exit_on_failed_allocation() {
-    #[cfg(unix)]
-    {
-        use super::{exit_code, machine};
-
-        if machine::allowed_by_process().is_none() {
-            return;
-        }
-        let code = i32::from(exit_code::FILE);
-        let abort = signal_hook::consts::signal::SIGABRT;
-        let always = Arc::new(AtomicBool::new(true));
-        if let Err(error) = flag::register_conditional_shutdown(abort, code, always) {
-            log::debug!("a failed allocation aborts the program: {error}");
         }
     }
 }
