@@ -11,16 +11,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
+use crate::abandoned::temporary_file;
 use crate::error::{Error, Result};
 
 /// Symbolic links followed for one path; the limit of Linux.
 const MAX_LINKS: usize = 40;
-
-/// The start of the names of temporary files and folders.
-pub(crate) const PREFIX: &str = ".isospectrum-";
-
-/// The end of the names of temporary files and folders.
-pub(crate) const SUFFIX: &str = ".part";
 
 /// Locked for reading as long as a temporary file or folder exists.
 static UNFINISHED: RwLock<()> = RwLock::new(());
@@ -54,7 +49,7 @@ pub fn write_atomically(
                 let file = fs::OpenOptions::new().write(true).open(&target)?;
                 write_buffered(file, content)
             }
-            _ => replace(&target, content),
+            _ => replace(&target, content, File::sync_all),
         }
     };
     write().map_err(|e| Error::io(path, e))
@@ -92,13 +87,6 @@ pub fn parent_folder(path: &Path) -> &Path {
     }
 }
 
-/// Names of temporary files and folders.
-pub(crate) fn temporary_name() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX).suffix(SUFFIX);
-    builder
-}
-
 /// Writes a file of a folder that is not at its place yet, down to the disk.
 ///
 /// # Errors
@@ -126,21 +114,25 @@ pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
 fn replace(
     target: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    sync: impl FnOnce(&File) -> io::Result<()>,
 ) -> io::Result<()> {
-    let mut builder = temporary_name();
-    #[cfg(unix)]
-    {
-        // The permissions of any new file, less the umask; by default tempfile grants access to the owner only.
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
+    let folder = parent_folder(target);
+    let create = |builder: &mut tempfile::Builder<'_, '_>| {
+        #[cfg(unix)]
+        {
+            // The permissions of any new file, less the umask; by default tempfile grants access to the owner only.
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        builder.tempfile_in(folder)
+    };
     // Declared first, so that it is released last: after the temporary file, if that is dropped.
     let _guard = unfinished();
-    let file = builder.tempfile_in(parent_folder(target))?;
+    let file = temporary_file(folder, target.file_name().unwrap_or_default(), create)?;
     write_buffered(file.as_file(), content)?;
-    file.as_file().sync_all()?;
+    sync(file.as_file())?;
     file.persist(target).map_err(|e| e.error)?;
-    sync_folder(parent_folder(target))
+    sync_folder(folder)
 }
 
 fn write_buffered(
@@ -150,4 +142,21 @@ fn write_buffered(
     let mut writer = BufWriter::with_capacity(1 << 16, file);
     content(&mut writer)?;
     writer.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_synced_replaces_nothing() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let target = folder.path().join("a.isp");
+        fs::write(&target, "before").expect("written");
+        let full = |_: &File| Err(io::ErrorKind::StorageFull.into());
+        let error = replace(&target, |writer| writer.write_all(b"after"), full);
+        assert_eq!(error.expect_err("not on the disk").kind(), io::ErrorKind::StorageFull);
+        assert_eq!(fs::read(&target).expect("readable"), b"before");
+        assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
+    }
 }

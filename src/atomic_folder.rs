@@ -11,30 +11,16 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::RwLockReadGuard;
 
-use crate::atomic_file::{
-    PREFIX, SUFFIX, final_path, parent_folder, sync_folder, temporary_name, unfinished,
-};
+use crate::abandoned::{LOCK, REPLACED, exists, remove_abandoned, temporary_name};
+use crate::atomic_file::{final_path, parent_folder, sync_folder, unfinished};
 use crate::error::{Error, Result};
-
-/// The locked file in a temporary folder; its content is the name of the target.
-const LOCK: &str = "lock";
-
-/// The replaced folder within the temporary one while the new one is not at the target yet.
-const REPLACED: &str = "replaced";
 
 /// The replaced folder within the temporary one once the new one is at the target.
 const REMOVED: &str = "removed";
-
-/// Most bytes that are read of a lock; names of files have at most 255.
-const MAX_NAME: u64 = 1024;
-
-/// The extensions of all files that are written within temporary folders.
-const EXTENSIONS: [&str; 10] =
-    ["part", "isp", "seam", "json", "html", "bin", "png", "log", "mp4", "webm"];
 
 /// A temporary folder in the folder of a target, removed when it is dropped. As long as it exists, its thread must not call
 /// [`write_atomically`](crate::atomic_file::write_atomically): a thread waiting in
@@ -157,21 +143,26 @@ impl TemporaryFolder {
     fn exchange(&mut self, new: &Path, target: &Path) -> io::Result<PathBuf> {
         match exchange(new, target) {
             Ok(()) => Ok(new.to_owned()),
-            Err(_) => self.rename_both(new, target),
+            Err(_) => self.rename_both(new, target, |from, to| fs::rename(from, to)),
         }
     }
 
     /// As `exchange`, in two steps, for file systems that cannot exchange two folders.
-    fn rename_both(&mut self, new: &Path, target: &Path) -> io::Result<PathBuf> {
+    fn rename_both(
+        &mut self,
+        new: &Path,
+        target: &Path,
+        mut rename: impl FnMut(&Path, &Path) -> io::Result<()>,
+    ) -> io::Result<PathBuf> {
         let (old, removed) = (self.path().join(REPLACED), self.path().join(REMOVED));
-        fs::rename(target, &old)?;
-        if let Err(error) = fs::rename(new, target) {
-            return Err(match fs::rename(&old, target) {
+        rename(target, &old)?;
+        if let Err(error) = rename(new, target) {
+            return Err(match rename(&old, target) {
                 Ok(()) => error,
                 Err(_) => self.keep(&old, &error),
             });
         }
-        Ok(fs::rename(&old, &removed).map_or(old, |()| removed))
+        Ok(rename(&old, &removed).map_or(old, |()| removed))
     }
 
     /// Keeps this folder for ever, because it contains an old one. Returns the error with the place of the old one.
@@ -181,11 +172,6 @@ impl TemporaryFolder {
         let _ = fs::remove_file(self.path().join(LOCK));
         io::Error::new(error.kind(), format!("{error}; the old folder is {}", old.display()))
     }
-}
-
-/// Whether anything is at a path, a link without a target included.
-fn exists(path: &Path) -> bool {
-    fs::symlink_metadata(path).is_ok()
 }
 
 /// The files in a folder that may be replaced: all that is there was written by this program.
@@ -256,95 +242,6 @@ fn locked(folder: &Path, name: &OsStr) -> io::Result<File> {
     Ok(file)
 }
 
-/// Removes the temporary folders for a target whose processes were killed, if they have the owner of `own`. What cannot be removed
-/// stays.
-fn remove_abandoned(parent: &Path, target: &OsStr, own: &Path) {
-    let Ok(entries) = fs::read_dir(parent) else { return };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let is_temporary =
-            name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
-        if is_temporary
-            && entry.file_type().is_ok_and(|kind| kind.is_dir())
-            && have_same_owner(&entry.path(), own)
-            && let Err(error) = remove_if_abandoned(&entry.path(), target)
-        {
-            log::debug!("{}: stays: {error}", entry.path().display());
-        }
-    }
-}
-
-/// Whether two folders belong to one user. In a folder for all users, others could exchange what is in theirs meanwhile.
-fn have_same_owner(a: &Path, b: &Path) -> bool {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt as _;
-        let owner = |path: &Path| fs::symlink_metadata(path).ok().map(|found| found.uid());
-        owner(a).is_some() && owner(a) == owner(b)
-    }
-    #[cfg(not(unix))]
-    {
-        exists(a) && exists(b)
-    }
-}
-
-/// Removes a temporary folder if it is for a target and no process has it.
-fn remove_if_abandoned(folder: &Path, target: &OsStr) -> io::Result<()> {
-    let path = folder.join(LOCK);
-    if !fs::symlink_metadata(&path)?.is_file() {
-        return Err(io::Error::other("its lock is not a file"));
-    }
-    let lock = fs::OpenOptions::new().read(true).write(true).open(&path)?;
-    lock.try_lock()?;
-    let mut name = Vec::new();
-    (&lock).take(MAX_NAME).read_to_end(&mut name)?;
-    if name != target.as_encoded_bytes() {
-        return Err(io::Error::other("it is for another target"));
-    }
-    let replaced = folder.join(REPLACED);
-    if exists(&replaced) {
-        log::warn!("{}: a folder that a killed process was to replace", replaced.display());
-        return Ok(());
-    }
-    let (files, folders) = contents(folder)?;
-    files.iter().try_for_each(fs::remove_file)?;
-    folders.iter().try_for_each(fs::remove_dir)?;
-    // Last, so that the folder is found again if this process is killed.
-    fs::remove_file(path)?;
-    fs::remove_dir(folder)
-}
-
-/// The files in a temporary folder, except its lock, and the folders in it; an error if there is anything that no process
-/// writes there.
-fn contents(folder: &Path) -> io::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
-    let (mut files, mut folders) = (Vec::new(), Vec::new());
-    let mut add = |entry: fs::DirEntry, may_be_folder: bool| {
-        let (path, kind) = (entry.path(), entry.file_type()?);
-        let extension = path.extension().and_then(OsStr::to_str);
-        if kind.is_dir() && may_be_folder {
-            folders.push(path);
-        } else if kind.is_file() && extension.is_some_and(|e| EXTENSIONS.contains(&e)) {
-            files.push(path);
-        } else {
-            return Err(io::Error::other(format!("{}: not of this program", path.display())));
-        }
-        Ok(())
-    };
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        if entry.file_name() == LOCK {
-            continue;
-        }
-        let path = entry.path();
-        let is_folder = entry.file_type()?.is_dir();
-        add(entry, true)?;
-        if is_folder {
-            fs::read_dir(path)?.try_for_each(|inner| add(inner?, false))?;
-        }
-    }
-    Ok((files, folders))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -377,16 +274,39 @@ mod tests {
         let parent = tempfile::tempdir().expect("a folder");
         let (target, mut work) = old_and_new(parent.path());
         let new = work.path().join("made");
-        let old = work.rename_both(&new, &target).expect("renamed");
+        let old = work.rename_both(&new, &target, rename).expect("renamed");
         assert_eq!((names(&target), names(&old)), (vec!["new".to_owned()], vec!["old".to_owned()]));
         remove_files(&old, &["old".to_owned(), "missing".to_owned()]).expect("removed");
         drop(work);
         assert_eq!(names(parent.path()), ["a.ispt"]);
         // If there is nothing new to rename, the old folder is back at its place.
         let mut work = TemporaryFolder::next_to(&parent.path().join("b")).expect("a folder");
-        work.rename_both(&parent.path().join("none"), &target).expect_err("nothing to rename");
+        let none = parent.path().join("none");
+        work.rename_both(&none, &target, rename).expect_err("nothing to rename");
         drop(work);
         assert_eq!(names(&target), ["new"]);
+    }
+
+    fn rename(from: &Path, to: &Path) -> io::Result<()> {
+        fs::rename(from, to)
+    }
+
+    #[test]
+    fn an_old_folder_that_cannot_return_to_its_place_is_kept_and_named() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let (target, mut work) = old_and_new(parent.path());
+        let new = work.path().join("made");
+        let mut n_renames = 0;
+        let only_first = |from: &Path, to: &Path| {
+            n_renames += 1;
+            if n_renames == 1 { rename(from, to) } else { Err(io::ErrorKind::StorageFull.into()) }
+        };
+        let error = work.rename_both(&new, &target, only_first).expect_err("two renames fail");
+        let old = work.path().join(REPLACED);
+        assert!(error.to_string().ends_with(&format!("the old folder is {}", old.display())));
+        drop(work);
+        let _next = TemporaryFolder::next_to_folder(&target, own).expect("a folder");
+        assert_eq!(names(&old), ["old"]);
     }
 
     #[test]
@@ -408,21 +328,5 @@ mod tests {
         drop(work);
         let _next = TemporaryFolder::next_to(&parent.path().join("b")).expect("a folder");
         assert_eq!(names(&old), ["mine"]);
-    }
-
-    #[test]
-    fn a_folder_that_was_being_replaced_is_not_removed() {
-        let parent = tempfile::tempdir().expect("a folder");
-        let killed = parent.path().join(".isospectrum-1.part");
-        fs::create_dir_all(killed.join(REPLACED)).expect("made");
-        fs::write(killed.join(LOCK), "a.ispt").expect("written");
-        fs::write(killed.join("000000.part"), "part").expect("written");
-        remove_abandoned(parent.path(), OsStr::new("a.ispt"), parent.path());
-        assert!(killed.join("000000.part").exists());
-        fs::rename(killed.join(REPLACED), killed.join(REMOVED)).expect("renamed");
-        remove_abandoned(parent.path(), OsStr::new("b.ispt"), parent.path());
-        assert!(killed.exists());
-        remove_abandoned(parent.path(), OsStr::new("a.ispt"), parent.path());
-        assert!(!killed.exists());
     }
 }

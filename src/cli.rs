@@ -21,6 +21,7 @@ mod driver_warning;
 mod empty;
 pub(crate) mod exit_code;
 mod extract;
+mod failed_allocation;
 mod film;
 mod frames;
 mod heading;
@@ -40,6 +41,7 @@ mod parts;
 mod plan;
 mod preparation_arguments;
 mod progress;
+mod pvd;
 mod render;
 mod report;
 mod series;
@@ -100,7 +102,7 @@ Exit codes:
   0    success
   1    internal error, or no GPU
   2    wrong usage
-  3    a file cannot be read or written, is damaged or unsupported
+  3    a file cannot be read or written, is damaged or unsupported, or memory does not suffice
   4    the isovalue is outside the range
   5    verification failed
   130  interrupted (129 by a hangup, 143 by a request to terminate)";
@@ -142,6 +144,7 @@ pub(crate) fn parse() -> Result<Cli, clap::Error> {
 /// Runs the command.
 pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
     start_log(arguments);
+    failed_allocation::install();
     interrupt::install(progress::clear);
     threads::start_granted()?;
     match &arguments.command {

@@ -14,6 +14,12 @@
 //! 1.0 tooth, 0.9 flair, 1.5 aneurism, 0.8 HeadMRVolume, 1.1 engine, 0.9 bonsai (0.8 with an error of 0.4), 3.1 gyroid:48, 1.1 noise:32, and
 //! 0.3 marschner_lobb, whose whole surface changes with each grey level. That is a factor of about two either way.
 //! `compute --json` prints the forecast with the actual numbers, for fitting the constants again when the sweep changes.
+//!
+//! The constants of memory are fitted to 36 peaks on two threads, so that the forecast is rather too high: it is 0.86 to 2.8 times the
+//! peak, half of them below 1.3. Measured with this version, 24 to 710 MB: phantoms of 12 to 96 samples along a side (0.9 to 2.7),
+//! `nucleon` 1.8, `fuel` 1.1, `hydrogen_orbital` 1.1, `lobster` 30:60 1.9, `tooth` 90:130 0.9, `HeadMRVolume` 1.3, EMD-3197 1.0. Figures of
+//! decisions 0007 to 0017, of earlier versions, 0.5 to 4.6 GB: `hydrogen` 0.9, `lobster` 1.2, `aneurism` 1.2, `bonsai` 40:255 1.8 and 60:80
+//! 2.8, `tooth` 2.6, `flair` 2.5, `engine` 2.6. `marschner_lobb` was left out: its forecast is 0.3 of the peak.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -45,11 +51,26 @@ const FITTED_ERROR: f64 = 0.1;
 /// Power of the ratio of tolerances by which the number of tracked triangles grows.
 const ERROR_POWER: f64 = 0.5;
 
-/// Memory for computing and writing a spectrum, bytes per triangle (measured: 100 to 390 for a million triangles and more).
-const BYTES_PER_TRIANGLE: f64 = 200.0;
+/// Memory of the program before it computes, bytes.
+pub(crate) const PROGRAM_BYTES: f64 = 24e6;
 
 /// Memory for computing a spectrum, bytes per sample of the volume.
 const BYTES_PER_SAMPLE: f64 = 40.0;
+
+/// Memory per lattice edge that the isosurface crosses on average, bytes; it grows with the tolerance as triangles do.
+const BYTES_PER_CROSSING: f64 = 2800.0;
+
+/// Memory per geometric mean of crossings and events, bytes: near an event the mesh is exact, and is exchanged for it.
+const BYTES_PER_BUSY_CROSSING: f64 = 34_000.0;
+
+/// Events per crossing beyond which more of them make no more of the mesh exact.
+const MAX_EVENTS_PER_CROSSING: f64 = 0.2;
+
+/// Memory per event, bytes.
+const BYTES_PER_EVENT: f64 = 4000.0;
+
+/// Memory per interval between two values of a cell's corners, bytes.
+const BYTES_PER_INTERVAL: f64 = 98.0;
 
 /// Expected size of a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -62,7 +83,7 @@ pub struct Forecast {
     pub intervals: u64,
     /// Triangles of the spectrum.
     pub triangles: f64,
-    /// Peak memory of the computation, bytes.
+    /// Peak memory of the program during the computation, bytes.
     pub memory: f64,
 }
 
@@ -117,12 +138,15 @@ impl Forecast {
         let finer = (FITTED_ERROR / error).powf(ERROR_POWER);
         let exact = TRIANGLES_PER_EVENT * events as f64 + TRIANGLES_PER_INTERVAL * intervals as f64;
         let triangles = finer * TRIANGLES_PER_CROSSING * crossings + exact;
+        let samples = field.n_vertices() as f64;
         Forecast {
             events,
             crossings,
             intervals,
             triangles,
-            memory: BYTES_PER_TRIANGLE * triangles + BYTES_PER_SAMPLE * field.n_vertices() as f64,
+            memory: PROGRAM_BYTES
+                + BYTES_PER_SAMPLE * samples
+                + mesh_memory(finer * crossings, events as f64, intervals as f64),
         }
     }
 
@@ -135,6 +159,15 @@ impl Forecast {
     pub fn is_mostly_events(&self) -> bool {
         EVENTS_PER_CROSSING * self.crossings < self.events as f64
     }
+}
+
+/// Memory of the triangles, bytes.
+fn mesh_memory(crossings: f64, events: f64, intervals: f64) -> f64 {
+    let busy = (crossings * events.min(MAX_EVENTS_PER_CROSSING * crossings)).sqrt();
+    BYTES_PER_CROSSING * crossings
+        + BYTES_PER_BUSY_CROSSING * busy
+        + BYTES_PER_EVENT * events
+        + BYTES_PER_INTERVAL * intervals
 }
 
 /// Number of intervals into which the values of a cell's corners cut the range, sum over all cells: within one, the triangles of an

@@ -58,6 +58,7 @@
 #[cfg(test)]
 extern crate self as isospectrum;
 
+mod abandoned;
 mod atomic_file;
 mod atomic_folder;
 pub mod bricks;

@@ -40,7 +40,7 @@ pub use isovalues::Sampling;
 pub use jump::Jump;
 pub use manifold::{MeshTopology, mesh_topology};
 pub use promise::{Limits, Promise};
-pub use report::Report;
+pub use report::{Remedy, Report};
 
 use distribution::Distribution;
 use isovalues::{event_isovalues, neighbours, random_isovalues};

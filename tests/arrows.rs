@@ -15,6 +15,7 @@ const ORDER: &[&str] = &[
     "disjoint_sets",
     "input",
     "ply_reader",
+    "abandoned",
     "atomic_file",
     "atomic_folder",
     "volume",

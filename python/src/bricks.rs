@@ -15,12 +15,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::arguments::{choice_of, sweep_settings};
-use crate::compute::{rounded, with_threads};
+use crate::compute::rounded;
 use crate::errors::raised;
 use crate::handle::Handle;
 use crate::spectrum::Spectrum;
+use crate::threads::with_threads;
 use crate::volume::{placement, samples_of};
-use crate::watch::watched;
+use crate::watch::{detached, watched};
 
 /// The frame of a volume: origin, spacing, direction, space and unit, as [`Volume`](crate::volume::Volume) takes them.
 type Frame = ([f64; 3], [f64; 3], [[f64; 3]; 3], String, String);
@@ -44,12 +45,12 @@ pub(crate) fn tally<'py>(
     range: (f64, f64),
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (_, samples) = samples_of(py, array)?;
-    let bytes = py.detach(|| {
+    let bytes = detached(py, || {
         let mut tally = Tally::new(range);
         tally.add_all(&samples);
-        tally.to_bytes()
+        Ok(tally.to_bytes())
     });
-    Ok(PyBytes::new(py, &bytes))
+    Ok(PyBytes::new(py, &bytes.map_err(raised)?))
 }
 
 /// Blocks read by a Python callable, which takes a box and returns the array of its samples.
@@ -95,7 +96,7 @@ impl Plan {
         let (origin, spacing, direction, space, unit) = frame;
         let placement = placement(origin, spacing, direction, &space, &unit)?;
         let sweep = sweep_settings(parameters, range, start)?;
-        let plan = py.detach(|| {
+        let plan = detached(py, || {
             let mut tally = Tally::new(limits);
             tallies.iter().try_for_each(|bytes| tally.add_bytes(bytes))?;
             let samples = tally.statistics();
@@ -175,7 +176,7 @@ impl Plan {
             let file = Parts::new(&self.0, folder).file(number);
             file::write_atomically(&file, |writer| writer.write_all(bytes))
         };
-        py.detach(store).map_err(raised)
+        detached(py, store).map_err(raised)
     }
 
     /// Merges the parts in a folder to a file (`.isp`), a folder of parts (`.ispt`), or in memory. `blocks` reads samples, a few of

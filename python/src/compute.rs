@@ -4,7 +4,8 @@ use isospectrum::bricks::{
     self, BrickLimits, Parts, Plan, Strategy, Survey, VolumeSource, compute_parts,
 };
 use isospectrum::file::{self, TemporaryFolder};
-use isospectrum::settings::{ByteSize, NoiseSettings, useful_threads};
+use isospectrum::settings::{ByteSize, NoiseSettings};
+use isospectrum::verify::{Limits, Remedy, Sampling, verify};
 use isospectrum::{Backend, Error, Parameters, Prepared, Progress, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,6 +14,7 @@ use crate::arguments::{
     PreparationArguments, choice_of, parsed, preparation_settings, sweep_settings,
 };
 use crate::spectrum::Spectrum;
+use crate::threads::with_threads;
 use crate::volume::Volume;
 use crate::watch::watched;
 
@@ -25,10 +27,12 @@ pub(crate) struct ExecutionArguments {
     backend: String,
     adapter: Option<String>,
     threads: Option<usize>,
+    /// True if the spectrum is verified, unless it is computed in bricks.
+    check: bool,
 }
 
 /// Computes the spectrum of a volume. `parameters` holds the numeric fields of [`Parameters`] by name; `range` and `start` are
-/// isovalues as texts.
+/// isovalues as texts. Returns the promises that do not hold, and what helps, too.
 #[pyfunction]
 #[pyo3(signature = (volume, parameters, range, start, preparation, execution, progress))]
 #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
@@ -41,7 +45,7 @@ pub(crate) fn compute(
     preparation: PreparationArguments<'_>,
     execution: ExecutionArguments,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Spectrum> {
+) -> PyResult<(Spectrum, Option<String>)> {
     let sweep = sweep_settings(parameters, range, start)?;
     let choice = choice_of(&execution.backend)?;
     let noise = NoiseSettings {
@@ -51,7 +55,7 @@ pub(crate) fn compute(
     let max_memory: Option<ByteSize> = parsed("max_memory", execution.max_memory.as_deref())?;
     let preparation = preparation_settings(preparation)?;
     let volume = volume.get().0.clone();
-    let ExecutionArguments { brick, adapter, threads, .. } = execution;
+    let ExecutionArguments { brick, adapter, threads, check, .. } = execution;
     let work = move |progress: &dyn Progress| {
         let backend = Backend::choose(choice, adapter.as_deref())?;
         progress.report(0.0, "preparing");
@@ -76,7 +80,9 @@ pub(crate) fn compute(
             (None, None) => None,
         };
         let Some(side) = side else {
-            return rounded(prepared.compute(&parameters, &backend, progress)?);
+            let spectrum = rounded(prepared.compute(&parameters, &backend, progress)?)?;
+            let broken = if check { broken(&spectrum, prepared.volume(), progress)? } else { None };
+            return Ok((spectrum, broken));
         };
         let name = prepared.volume().name().to_owned();
         let survey = Survey::of(prepared);
@@ -85,10 +91,41 @@ pub(crate) fn compute(
         let parts = Parts::new(&plan, work.path());
         let limits = BrickLimits { memory: limit - samples, one_file: true, triangles: None };
         compute_parts(&parts, survey.volume(), &backend, limits, progress)?;
-        rounded(bricks::merge(&parts, survey.volume(), progress)?)
+        Ok((rounded(bricks::merge(&parts, survey.volume(), progress)?)?, None))
     };
-    let spectrum = watched(py, progress, move |watched| with_threads(threads, || work(watched)))?;
-    Ok(Spectrum::new(spectrum))
+    let made = watched(py, progress, move |watched| with_threads(threads, || work(watched)))?;
+    Ok((Spectrum::new(made.0), made.1))
+}
+
+/// The promises that a spectrum does not keep, as the program's `compute` prints them; none if it keeps all.
+fn broken(
+    spectrum: &isospectrum::Spectrum,
+    volume: &isospectrum::Volume,
+    progress: &dyn Progress,
+) -> Result<Option<String>> {
+    let sampling = Sampling::affordable(volume);
+    let found = verify(spectrum, volume, sampling, Limits::default(), &Unreported(progress))?;
+    if found.passed {
+        return Ok(None);
+    }
+    let advice = match found.remedy(volume) {
+        Remedy::None => "please report this volume",
+        Remedy::Smoothing => "the samples have two values only: smooth=0.5 helps",
+        Remedy::SmoothingOrTolerance => "smooth=0.5 or a larger error may help",
+    };
+    let (name, failures) = (volume.name(), found.failures.join("; "));
+    Ok(Some(format!("{name}: does not keep its promises: {failures}; {advice}")))
+}
+
+/// Work that can be cancelled and reports no progress, after work that has reported all of it.
+struct Unreported<'a>(&'a dyn Progress);
+
+impl Progress for Unreported<'_> {
+    fn report(&self, _done: f64, _message: &str) {}
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
 }
 
 /// The spectrum as its file would hold it, so that its meshes are the same before it is saved and after.
@@ -107,14 +144,4 @@ fn brick_side(prepared: &Prepared, parameters: &Parameters, memory: f64) -> Resu
         ))),
         Strategy::Whole(_) => Ok(None),
     }
-}
-
-/// Runs `work` on this many threads, or on all.
-pub(crate) fn with_threads<T: Send>(
-    threads: Option<usize>,
-    work: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    let Some(n) = threads else { return work() };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(useful_threads(n)).build();
-    pool.map_err(|error| Error::Usage(format!("threads {n}: {error}")))?.install(work)
 }

@@ -15,6 +15,7 @@ mod handle;
 mod picture;
 mod reports;
 mod spectrum;
+mod threads;
 mod volume;
 mod watch;
 

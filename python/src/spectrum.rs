@@ -22,7 +22,7 @@ use crate::handle::Handle;
 use crate::picture::{Picture, Shown, still, surfaces_of};
 use crate::reports::{self, Curves};
 use crate::volume::Volume;
-use crate::watch::watched;
+use crate::watch::{detached, watched};
 
 /// How error messages name the argument for the volume.
 const VOLUME: &str = "volume=";
@@ -48,12 +48,12 @@ impl Spectrum {
     /// Parses the bytes of a spectrum file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
-        py.detach(|| file::from_bytes(bytes)).map(Spectrum::new).map_err(raised)
+        detached(py, || file::from_bytes(bytes)).map(Spectrum::new).map_err(raised)
     }
 
     /// The bytes of its file.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| file::to_bytes(&*self.0.all()?)).map_err(raised)?;
+        let bytes = detached(py, || file::to_bytes(&*self.0.all()?)).map_err(raised)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -103,7 +103,7 @@ impl Spectrum {
         open: bool,
         keep: Option<Kept>,
     ) -> PyResult<MeshArrays<'py>> {
-        let mesh = py.detach(|| -> Result<Mesh> {
+        let mesh = detached(py, || -> Result<Mesh> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
             Ok(in_world(mesh, &self.0.summary().volume().placement))
         });
@@ -118,7 +118,7 @@ impl Spectrum {
         open: bool,
         keep: Option<Kept>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let placed = py.detach(|| -> Result<Vec<[f64; 3]>> {
+        let placed = detached(py, || -> Result<Vec<[f64; 3]>> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
             let placement = &self.0.summary().volume().placement;
             Ok(mesh.positions.iter().map(|&p| placement.world_of_voxel(p)).collect())
@@ -135,7 +135,7 @@ impl Spectrum {
         keep: Option<Kept>,
         path: PathBuf,
     ) -> PyResult<()> {
-        py.detach(|| {
+        detached(py, || {
             let mesh = self.mesh_at(isovalue, open, keep)?;
             export::write(&mesh, &self.0.summary().volume().placement, Border::Closed, &path)
         })
@@ -163,7 +163,7 @@ impl Spectrum {
         keep: Option<Kept>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let placement = self.0.summary().volume().placement;
-        let rows = py.detach(|| -> Result<Vec<_>> {
+        let rows = detached(py, || -> Result<Vec<_>> {
             let mesh = self.mesh_at(isovalue, false, None)?;
             let found = Components::of(&mesh);
             let kept = found.kept(&mesh, &kept(keep, self.0.summary()));

@@ -9,7 +9,7 @@ use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 use crate::errors::{raised, usage};
-use crate::watch::watched;
+use crate::watch::{detached, watched};
 
 /// A scalar field on a regular grid.
 #[pyclass(frozen, module = "isospectrum._native")]
@@ -40,7 +40,7 @@ impl Volume {
     ) -> PyResult<Self> {
         let placement = placement(origin, spacing, direction, space, unit)?;
         let (dims, mut samples) = samples_of(py, array)?;
-        py.detach(|| {
+        detached(py, || {
             if let Some(value) = nan_as {
                 replace_not_finite(&mut samples, value)?;
             }
@@ -52,15 +52,17 @@ impl Volume {
 
     /// Reads a file or a folder of slices.
     #[staticmethod]
-    #[pyo3(signature = (path, spacing, origin, nan_as))]
+    #[pyo3(signature = (path, spacing, origin, nan_as, slices))]
     fn read(
         py: Python<'_>,
         path: PathBuf,
         spacing: Option<[f64; 3]>,
         origin: Option<[f64; 3]>,
         nan_as: Option<f64>,
+        slices: Option<&str>,
     ) -> PyResult<Self> {
-        let options = ReadOptions { spacing, origin, nan_as, ..ReadOptions::default() };
+        let slices = slices.map(str::parse).transpose().map_err(raised)?;
+        let options = ReadOptions { spacing, origin, nan_as, slices, ..ReadOptions::default() };
         watched(py, None, move |_| read_volume(&path, &options)).map(Volume)
     }
 

@@ -12,6 +12,7 @@ use isospectrum::{Error, Progress, Result};
 use pyo3::prelude::*;
 
 use crate::errors::raised;
+use crate::threads::{are_granted, in_this_thread};
 
 /// Interval at which the calling thread checks for Ctrl-C and reports progress.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -44,23 +45,30 @@ impl Progress for Watched {
     }
 }
 
-/// Runs work in a thread and waits for it. `progress` is called with the finished share and the current stage.
+/// Runs work in a thread and waits for it. `progress` is called with the finished share and the current stage. If the system grants no
+/// thread, the calling one does the work, without progress, and Ctrl-C waits until it is done.
 pub(crate) fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watched) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let watched = Arc::new(Watched::default());
+    // Shared, so that it is still here if no thread starts.
+    let work = Arc::new(Mutex::new(Some(work)));
     let (send, receive) = channel();
-    let work = {
-        let watched = watched.clone();
-        move || drop(send.send(work(&watched)))
+    let all = {
+        let (watched, work) = (watched.clone(), work.clone());
+        move || {
+            let work = work.lock().unwrap_or_else(PoisonError::into_inner).take();
+            drop(work.map(|work| send.send(work(&watched))));
+        }
     };
-    std::thread::Builder::new()
-        .name("isospectrum".to_owned())
-        .stack_size(STACK_BYTES)
-        .spawn(work)
-        .map_err(|error| raised(Error::internal(format!("no thread: {error}"))))?;
+    if !are_granted() || !is_started(all) {
+        let work = work.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let work = work.ok_or_else(|| raised(Error::internal("work without a thread")))?;
+        let done = detached(py, || work(&watched)).map_err(raised);
+        return py.check_signals().and(done);
+    }
     let receive = Mutex::new(receive);
     let mut last_report = None;
     loop {
@@ -74,6 +82,20 @@ pub(crate) fn watched<T: Send + 'static>(
             return Err(exception);
         }
     }
+}
+
+/// Runs short work in the calling thread, without the interpreter's lock.
+pub(crate) fn detached<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
+    py.detach(|| in_this_thread(work))
+}
+
+/// Starts a thread; false if the system grants none.
+fn is_started(work: impl FnOnce() + Send + 'static) -> bool {
+    let thread = std::thread::Builder::new().name("isospectrum".to_owned());
+    thread.stack_size(STACK_BYTES).spawn(work).is_ok()
 }
 
 /// The result of the work, if it has finished. A thread that ended without sending one has panicked.

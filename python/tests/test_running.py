@@ -12,6 +12,7 @@ import sys
 import textwrap
 import threading
 import time
+import warnings
 
 import isospectrum
 import numpy as np
@@ -52,7 +53,7 @@ def test_tqdm_shows_a_bar_on_a_terminal():
         import numpy as np, sys, isospectrum
         sys.stderr.isatty = lambda: True
         a = np.random.default_rng(1).random((24, 24, 24))
-        isospectrum.compute(a, backend="cpu")
+        isospectrum.compute(a, backend="cpu", check=False)
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True)
     assert "tracking" in done.stderr and "%|" in done.stderr
@@ -176,3 +177,44 @@ def test_arrays_outlive_their_spectrum():
     gc.collect()
     np.random.default_rng(0).random(1_000_000)
     assert np.array_equal(vertices, expected)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of Linux")
+def test_one_thread_serves_where_the_system_grants_no_other():
+    """Root may start threads beyond a limit, so the child becomes somebody else."""
+    code = """
+        import os, resource
+        # What starts threads of its own.
+        os.environ["OPENBLAS_NUM_THREADS"] = "1"
+        import isospectrum, numpy as np
+        # Before the child may read no file of Python any more.
+        a = np.random.default_rng(1).random((9, 9, 9))
+        if os.getuid() == 0:
+            os.setgid(65534)
+            os.setuid(65534)
+        resource.setrlimit(resource.RLIMIT_NPROC, (0, 0))
+        for threads in (None, 2):
+            s = isospectrum.compute(a, backend="cpu", threads=threads, check=False, progress=False)
+            print(s.n_triangles, len(s.mesh("50%").triangles), s.verify(a, n=3, progress=False).data["passed"])
+        print(isospectrum._native.Spectrum.from_bytes(s._native.to_bytes()) is not None)
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    a = np.random.default_rng(1).random((9, 9, 9))
+    s = isospectrum.compute(a, backend="cpu", check=False, progress=False)
+    first, second, last = done.stdout.splitlines()
+    assert first == second and last == "True"
+    assert first.split()[:2] == [str(s.n_triangles), str(len(s.mesh("50%").triangles))]
+
+
+def test_a_spectrum_that_breaks_promises_causes_a_warning():
+    """As the program's compute: a mask is met worse than promised, and smoothing helps."""
+    z, y, x = np.mgrid[:16, :16, :16]
+    mask = ((x - 7.3) ** 2 + (y - 7.1) ** 2 + (z - 7.7) ** 2 < 16).astype(np.uint8)
+    with pytest.warns(isospectrum.PromiseWarning, match="does not keep its promises: .*smooth=0.5 helps") as found:
+        isospectrum.compute(mask, name="mask", backend="cpu", progress=False)
+    assert len(found) == 1 and found[0].filename == __file__ and str(found[0].message).startswith("mask: ")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        isospectrum.compute(mask, backend="cpu", progress=False, check=False)
+        isospectrum.compute(blobs((16, 16, 16)), backend="cpu", progress=False)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from isospectrum import _sources
 
-from .conftest import blobs, topology
+from .conftest import ROOT, blobs, topology
 
 
 def frame(s: isospectrum.Spectrum) -> dict:
@@ -317,3 +317,24 @@ def test_pyvista_images_have_their_frame(array):
     assert np.allclose([top[axis] for axis in "xyz"], cells.cell_centers().points[array.argmax()])
     with pytest.raises(isospectrum.InputError, match="without active scalars"):
         compute(pv.ImageData(dimensions=(3, 3, 3)))
+
+
+def test_channels_of_a_tiff_are_read_as_slices():
+    folder = ROOT / "tests" / "oracle"
+    path = folder / "tiff_imagej_channels.tif"
+    with pytest.raises(isospectrum.InputError, match="slices channels"):
+        compute(path)
+    found, wanted = compute(path, slices="channels"), compute(folder / "tiff_pages.tif")
+    assert found.volume["dims"] == wanted.volume["dims"] and found.range == wanted.range
+    assert len(found.events) == len(wanted.events)
+    with pytest.raises(isospectrum.UsageError, match="slices 'z', expected one of channels, frames"):
+        compute(path, slices="z")
+    with pytest.raises(isospectrum.UsageError, match="expected the path of one"):
+        compute(blobs(), slices="channels")
+
+
+def test_a_scale_around_no_number_is_refused(array):
+    spectrum = compute(array)
+    for center in (float("nan"), float("inf")):
+        with pytest.raises(isospectrum.UsageError, match="expected finite numbers"):
+            spectrum.html(color="curvature", color_center=center)

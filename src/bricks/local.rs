@@ -14,7 +14,7 @@ use super::parts::Parts;
 use super::plan::Plan;
 use super::source::OpenVolume;
 use crate::error::{Error, Result};
-use crate::forecast::Forecast;
+use crate::forecast::{Forecast, PROGRAM_BYTES};
 use crate::kernels::Backend;
 use crate::progress::Progress;
 use crate::sweep::compute_block;
@@ -132,7 +132,8 @@ impl ReadyBrick {
         let inside = |c: f64| (range.0..=range.1).contains(&c);
         let events = self.topology.points.iter().filter(|p| inside(p.isovalue)).count();
         let field = ExactField::new(&self.block)?;
-        Ok(Forecast::with_events(&field, events, range, parameters.error).memory)
+        let forecast = Forecast::with_events(&field, events, range, parameters.error);
+        Ok(forecast.memory - PROGRAM_BYTES)
     }
 
     fn sweep(

@@ -8,7 +8,7 @@ use crate::prepared::Prepared;
 use crate::sweep::Parameters;
 
 /// Cells along the side of the smallest bricks that are chosen; smaller ones are mostly border.
-const LEAST_SIDE: usize = SIDE / 4;
+const LEAST_SIDE: usize = SIDE / 8;
 
 /// Most of the memory that the mean brick may take: its neighbours may have several times as much surface.
 const MAX_BRICK_SHARE: f64 = 0.25;
@@ -67,7 +67,7 @@ pub fn side_within(dims: [usize; 3], expected: f64, memory: f64) -> usize {
         let n = cut(dims, side).len();
         n > 1 && expected / n as f64 <= MAX_BRICK_SHARE * memory
     };
-    [SIDE, SIDE / 2].into_iter().find(|&side| is_small(side)).unwrap_or(LEAST_SIDE)
+    [SIDE, SIDE / 2, SIDE / 4].into_iter().find(|&side| is_small(side)).unwrap_or(LEAST_SIDE)
 }
 
 /// True if bricks reduce the memory of a sweep: the volume has more than one of them, and there is no initial
@@ -107,11 +107,11 @@ mod tests {
         let expected_memory = Forecast::least_memory([400, 3, 3]);
         assert_eq!(
             choose(&long, &default, Some(1.0)),
-            Strategy::Bricks { expected_memory, side: 32 }
+            Strategy::Bricks { expected_memory, side: 16 }
         );
-        // 27, 125 and 1,000 bricks.
+        // 27, 125, 1,000 and 8,000 bricks.
         let side = |expected| side_within([321; 3], expected, 1e9);
-        assert_eq!([6.7e9, 31e9, 32e9].map(side), [128, 64, 32]);
+        assert_eq!([6.7e9, 31e9, 249e9, 251e9].map(side), [128, 64, 32, 16]);
         assert!(matches!(choose(&small, &default, Some(1.0)), Strategy::Whole(_)));
         let given = Parameters { initial_mesh: Some("m.ply".into()), ..default };
         assert!(matches!(choose(&long, &given, Some(1.0)), Strategy::Whole(_)));

@@ -56,8 +56,13 @@ impl BudgetArguments {
     pub(super) fn limit(&self) -> Option<Limit> {
         match self.max_memory {
             Some(size) => Some(Limit { bytes: size.bytes(), by: "--max-memory" }),
-            None => machine::allowed().map(|Allowed { bytes, by }| Limit { bytes, by }),
+            None => machine::allowed().map(|Allowed { bytes, by, .. }| Limit { bytes, by }),
         }
+    }
+
+    /// True if the limit of memory is that of the flag.
+    pub(super) fn is_memory_given(&self) -> bool {
+        self.max_memory.is_some()
     }
 
     /// Returns the limit of triangles, if given.
@@ -93,8 +98,10 @@ impl BudgetArguments {
         // With --max-memory, the user knows the machine better.
         let allowed = machine::allowed().filter(|_| self.max_memory.is_none());
         let advice = advice(forecast);
-        let refused =
-            allowed.and_then(|allowed| beyond_machine(forecast.memory, allowed, FORECAST_ERROR));
+        let refused = allowed.and_then(|allowed| {
+            let times = if allowed.is_strict { 1.0 } else { FORECAST_ERROR };
+            beyond_machine(forecast.memory, allowed, times)
+        });
         if let Some(refused) = refused {
             return Err(Error::Usage(format!("{name}: {refused}; {advice}")));
         }
@@ -177,7 +184,7 @@ mod tests {
         let memory = "about 7.77 GiB of memory (more than 4.00 GiB) expected for 7 events";
         assert_eq!(given(budget(None, Some(4.0 * 1024f64.powi(3)))).as_deref(), Some(memory));
         assert_eq!(all(budget(Some(1e9), Some(1e12))), None);
-        let allowed = Allowed { bytes: 1e9, by: "the limit" };
+        let allowed = Allowed { bytes: 1e9, by: "the limit", is_strict: false };
         assert!(beyond_machine(1.5e9, allowed, 1.0).is_some_and(|text| text.contains("the limit")));
         assert_eq!(beyond_machine(1.5e9, allowed, FORECAST_ERROR), None);
     }

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use isospectrum::Forecast;
-use isospectrum::verify::{Limits, Report, Sampling, SpotCheck, spot_check, verify};
+use isospectrum::verify::{Limits, Remedy, Sampling, SpotCheck, spot_check, verify};
 use isospectrum::{Error, Result, Spectrum, Volume};
 use serde::Serialize;
 
@@ -116,25 +116,17 @@ impl Measured {
         let spot = spot_check(spectrum, volume, N_MEASURED)?;
         let sampling = Sampling::affordable(volume);
         let found = verify(spectrum, volume, sampling, Limits::default(), &Bar::new(quiet))?;
-        let advice = advice(&found, volume);
+        let advice = advice(found.remedy(volume));
         Ok(Measured { spot, broken: found.failures, advice, forecast })
     }
 }
 
-/// What helps a spectrum that does not pass its verification.
-fn advice(found: &Report, volume: &Volume) -> &'static str {
-    let totals = &found.totals;
-    if totals.topology_right.min(totals.manifold).min(totals.finite) < totals.isovalues {
-        return "please report this volume";
-    }
-    let (low, high) = volume.range();
-    let samples = volume.samples();
-    let has_two_values =
-        (0..samples.len()).map(|i| samples.get(i)).all(|value| value == low || value == high);
-    if has_two_values {
-        "the samples have two values only: --smooth 0.5 helps"
-    } else {
-        "--smooth 0.5 or a larger --error may help"
+/// Describes what helps a spectrum that does not pass its verification.
+fn advice(remedy: Remedy) -> &'static str {
+    match remedy {
+        Remedy::None => "please report this volume",
+        Remedy::Smoothing => "the samples have two values only: --smooth 0.5 helps",
+        Remedy::SmoothingOrTolerance => "--smooth 0.5 or a larger --error may help",
     }
 }
 

@@ -25,6 +25,7 @@ impl Convert {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let format = spectrum_file::Format::of_name(&self.to)?;
         let output = Output::open(&self.to, &[&self.from])?;
+        spectrum_file::check_memory(&self.from, spectrum_file::CONVERT_BYTES)?;
         let (spectrum, before) = spectrum_file::read(&self.from)?;
         let after = spectrum_file::write_as(&spectrum, format, output)
             .map_err(|e| e.of_file(&self.from))?;

@@ -10,7 +10,7 @@ const OTHER: u8 = 1;
 /// For wrong usage of the command line.
 pub(crate) const USAGE: u8 = 2;
 
-/// For files that cannot be read or written, are damaged or unsupported.
+/// For files that cannot be read or written, are damaged or unsupported, and for a lack of memory.
 pub(crate) const FILE: u8 = 3;
 
 /// For an isovalue outside the range of the spectrum.

@@ -20,7 +20,7 @@ use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
-use super::{empty, heading, report, spectrum_file};
+use super::{empty, heading, pvd, report, spectrum_file};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -110,22 +110,6 @@ const SWEEP_SECONDS: f64 = 12.0;
 /// Distance of a morph target from its isosurface above which a warning is printed, voxels: half a voxel is visible.
 const MAX_MORPH_DISTANCE: f64 = 0.5;
 
-/// Returns the list of a series of meshes (.pvd) as ParaView and PyVista read it: files next to it, with isovalues as times.
-fn pvd(files: &[String], isovalues: &[f64]) -> String {
-    let escaped = |text: &str| {
-        let name = Path::new(text).file_name().unwrap_or_default().to_string_lossy().into_owned();
-        name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
-    };
-    let rows = files.iter().zip(isovalues).map(|(file, isovalue)| {
-        format!("<DataSet timestep=\"{isovalue}\" part=\"0\" file=\"{}\"/>\n", escaped(file))
-    });
-    format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
-         <Collection>\n{}</Collection>\n</VTKFile>\n",
-        rows.collect::<String>()
-    )
-}
-
 impl Extract {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         if self.morph {
@@ -137,18 +121,16 @@ impl Extract {
         let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let list = series.then(|| Output::open(&self.output, &inputs)).transpose()?;
-        let pattern = match series {
-            true => self.output.with_extension("").display().to_string() + "-%04d.vtp",
-            false => self.output.display().to_string(),
-        };
-        let pattern = PathBuf::from(pattern);
         let is_several = n_isovalues > 1 || self.sweep.is_some();
         // A name without a placeholder for a number is one file.
-        let is_scene =
-            is_several && format.supports_scenes() && !pattern.display().to_string().contains('%');
-        let outputs = match is_several && !is_scene || series {
-            false => vec![Output::open(&self.output, &inputs)?],
-            true => Pattern::of_any(&pattern)?.open(n_isovalues as u32, &inputs)?,
+        let has_number = self.output.display().to_string().contains('%');
+        let is_scene = is_several && format.supports_scenes() && !has_number;
+        let outputs = if series {
+            pvd::files(&self.output)?.open(n_isovalues as u32, &inputs)?
+        } else if is_several && !is_scene {
+            Pattern::of_any(&self.output)?.open(n_isovalues as u32, &inputs)?
+        } else {
+            vec![Output::open(&self.output, &inputs)?]
         };
         if self.json && outputs.iter().any(Output::is_stdout) {
             return Err(Error::Usage(
@@ -181,7 +163,7 @@ impl Extract {
         }
         if let Some(list) = list {
             let times: Vec<f64> = written.iter().map(|mesh| mesh.isovalue).collect();
-            list.write_bytes(pvd(&files, &times).as_bytes())?;
+            list.write_bytes(pvd::list(&files, &times).as_bytes())?;
         }
         if self.json {
             match &written[..] {

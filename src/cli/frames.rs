@@ -127,6 +127,20 @@ impl Pattern {
         Ok(Pattern { before: before.to_owned(), width, after: after.to_owned() })
     }
 
+    /// Numbered files that are listed by another one: `a.pvd` lists `a-0000.vtp` and so on. A `%` in its name is no placeholder.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for a name that is not UTF-8.
+    pub(super) fn listed_by(list: &Path, extension: &str) -> Result<Self> {
+        let stem = list.with_extension("");
+        let Some(stem) = stem.to_str() else {
+            let shown = list.display();
+            return Err(Error::Usage(format!("{shown}: expected a name in UTF-8")));
+        };
+        Ok(Pattern { before: format!("{stem}-"), width: 4, after: format!(".{extension}") })
+    }
+
     /// Returns the path of a frame; the first is 0.
     pub(super) fn path(&self, frame: u32) -> PathBuf {
         PathBuf::from(format!("{}{frame:0width$}{}", self.before, self.after, width = self.width))

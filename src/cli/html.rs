@@ -23,7 +23,7 @@ use super::mark_argument::{Mark, resolved};
 use super::number_argument::{not_negative, positive};
 use super::output::{Output, check_parent};
 use super::progress::Bar;
-use super::spectrum_file::Opened;
+use super::spectrum_file::{Opened, PACK_BYTES, check_memory};
 use super::surface_argument::SurfaceArgument;
 use super::{driver_warning, empty, heading, report};
 
@@ -128,6 +128,9 @@ pub(super) struct Html {
 impl Html {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let target = self.target()?;
+        if self.range.is_none() {
+            check_memory(&self.spectrum, PACK_BYTES)?;
+        }
         let spectrum = self.published(Opened::open(&self.spectrum)?)?;
         let (n_triangles, n_knots) = (spectrum.triangles().len(), spectrum.knots().len());
         log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");

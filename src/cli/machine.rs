@@ -11,25 +11,47 @@ use std::path::Path;
 pub(super) struct Allowed {
     pub(super) bytes: f64,
     pub(super) by: &'static str,
+    /// True if allocations beyond it fail; otherwise the kernel makes room or ends a process.
+    pub(super) is_strict: bool,
 }
+
+/// Address space that blocks of memory take with the gaps between them, per byte (measured: up to 1.3).
+const GAPS: f64 = 1.3;
+
+/// The limit of address space in the files of the kernel: its name, the part in use, and the name for people.
+const ADDRESS_SPACE: (&str, &str, &str) =
+    ("Max address space", "VmSize:", "the limit of address space (ulimit -v)");
+
+/// As [`ADDRESS_SPACE`], of data.
+const DATA: (&str, &str, &str) = ("Max data size", "VmData:", "the limit of data (ulimit -d)");
 
 /// Returns the lowest limit; none if none can be read.
 pub(super) fn allowed() -> Option<Allowed> {
     let read = |path: &str| read_to_string(path).unwrap_or_default();
-    let (limits, status) = (read("/proc/self/limits"), read("/proc/self/status"));
-    let of_process = [
-        ("Max address space", "VmSize:", "the limit of address space (ulimit -v)"),
-        ("Max data size", "VmData:", "the limit of data (ulimit -d)"),
-    ];
-    let of_process = of_process.into_iter().filter_map(|(limit, used, by)| {
-        let left = soft_limit(&limits, limit)? - kib(&status, used).unwrap_or(0.0);
-        Some(Allowed { bytes: left.max(0.0), by })
-    });
     let of_group = group_limit(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup"));
-    let of_group = of_group.map(|bytes| Allowed { bytes, by: "the limit of the control group" });
-    let free = kib(&read("/proc/meminfo"), "MemAvailable:");
-    let free = free.map(|bytes| Allowed { bytes, by: "the free memory" });
-    of_process.chain(of_group).chain(free).min_by(|a, b| a.bytes.total_cmp(&b.bytes))
+    let lenient = |by| move |bytes| Allowed { bytes, by, is_strict: false };
+    let of_group = of_group.map(lenient("the limit of the control group"));
+    let free = kib(&read("/proc/meminfo"), "MemAvailable:").map(lenient("the free memory"));
+    let all = allowed_by_process().into_iter().chain(of_group).chain(free);
+    all.min_by(|a, b| a.bytes.total_cmp(&b.bytes))
+}
+
+/// Returns the lower limit of the process, beyond which allocations fail; none if there is none.
+pub(super) fn allowed_by_process() -> Option<Allowed> {
+    let all = [ADDRESS_SPACE, DATA].into_iter().filter_map(left_of);
+    all.min_by(|a, b| a.bytes.total_cmp(&b.bytes))
+}
+
+/// Returns the bytes of address space that are left, less gaps; none if they are not limited.
+pub(super) fn address_space() -> Option<f64> {
+    left_of(ADDRESS_SPACE).map(|left| left.bytes)
+}
+
+fn left_of((limit, used, by): (&str, &str, &'static str)) -> Option<Allowed> {
+    let read = |path: &str| read_to_string(path).unwrap_or_default();
+    let limit = soft_limit(&read("/proc/self/limits"), limit)?;
+    let left = limit - kib(&read("/proc/self/status"), used).unwrap_or(0.0);
+    Some(Allowed { bytes: left.max(0.0) / GAPS, by, is_strict: true })
 }
 
 /// Parses a row of `/proc/self/limits`; none if unlimited.

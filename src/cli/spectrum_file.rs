@@ -9,7 +9,16 @@ use isospectrum::{Error, Result};
 
 use super::kind::{self, Kind};
 use super::output::Output;
-use super::report;
+use super::{machine, report};
+
+/// Memory of a spectrum that is read, bytes per triangle (measured: 64 to 67).
+const READ_BYTES: f64 = 70.0;
+
+/// Memory of a spectrum that is read and packed into a page, bytes per triangle (measured: 170 to 205).
+pub(super) const PACK_BYTES: f64 = 210.0;
+
+/// Memory of a spectrum that is read and written in another format, bytes per triangle (measured: 122 to 135).
+pub(super) const CONVERT_BYTES: f64 = 140.0;
 
 /// A format of spectrum files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,11 +99,36 @@ pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
         return Ok((folder.read()?, folder.n_bytes()));
     }
     kind::check(path, Kind::Spectrum)?;
+    check_memory(path, READ_BYTES)?;
     let bytes = input::read(path)?;
     let is_thesis = is_named_thesis(path) && !bytes.starts_with(&MAGIC);
     let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
     let spectrum = spectrum.map_err(|e| e.of_file(path))?;
     Ok((spectrum, bytes.len() as u64))
+}
+
+/// Refuses a file whose triangles, at `bytes_per_triangle`, exceed a limit of memory beyond which allocations fail.
+///
+/// # Errors
+///
+/// [`Error::Input`]; those of [`Summary::read`].
+pub(super) fn check_memory(path: &Path, bytes_per_triangle: f64) -> Result<()> {
+    let Some(allowed) = machine::allowed_by_process().filter(|_| path.is_file()) else {
+        return Ok(());
+    };
+    if is_named_thesis(path) {
+        return Ok(());
+    }
+    let n_triangles = Summary::read(path)?.size.triangles;
+    let expected = bytes_per_triangle * n_triangles as f64;
+    if expected <= allowed.bytes {
+        return Ok(());
+    }
+    let [expected, left] = [expected, allowed.bytes].map(|x| report::bytes(x as u64));
+    let (name, by) = (path.display(), allowed.by);
+    Err(Error::input(format!(
+        "{name}: about {expected} of memory expected for {n_triangles} triangles, {by} leaves {left}"
+    )))
 }
 
 /// True if the extension is that of the layout of the thesis.

@@ -29,7 +29,12 @@ impl Target {
     /// Checks that `path` can be written and is no input of the command. The extension `.ispt` selects a folder.
     pub(super) fn open(path: &Path, inputs: &[&Path]) -> Result<Target> {
         if !is_folder_name(path) {
-            return Output::open(path, inputs).map(Target::File);
+            let output = Output::open(path, inputs)?;
+            if matches!(output, Output::File(_)) && is_replaced(path) {
+                // Removes the folder that a killed run with bricks has left.
+                TemporaryFolder::next_to(path)?;
+            }
+            return Ok(Target::File(output));
         }
         Output::check_apart(path, inputs)?;
         check_parent(path)?;

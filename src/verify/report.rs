@@ -8,6 +8,7 @@ use super::measure::Geometry;
 use super::promise::{Limits, Promise, failures, promises};
 use crate::spectrum::Spectrum;
 use crate::sweep::Counts;
+use crate::volume::Volume;
 
 /// The result of [`verify`](crate::verify()).
 ///
@@ -46,7 +47,33 @@ pub struct Report {
     pub rows: Vec<Row>,
 }
 
+/// What helps a spectrum that breaks a promise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remedy {
+    /// Nothing: the topology is wrong, which is a fault of this library.
+    None,
+    /// Smoothing, because the samples have two values only.
+    Smoothing,
+    /// Smoothing or a larger tolerance, perhaps.
+    SmoothingOrTolerance,
+}
+
 impl Report {
+    /// What helps if a promise is broken. `volume` is the verified one.
+    pub fn remedy(&self, volume: &Volume) -> Remedy {
+        let totals = &self.totals;
+        if totals.topology_right.min(totals.manifold).min(totals.finite) < totals.isovalues {
+            return Remedy::None;
+        }
+        let ((low, high), samples) = (volume.range(), volume.samples());
+        let mut values = (0..samples.len()).map(|i| samples.get(i));
+        if values.all(|value| value == low || value == high) {
+            Remedy::Smoothing
+        } else {
+            Remedy::SmoothingOrTolerance
+        }
+    }
+
     pub(super) fn new(
         spectrum: &Spectrum,
         sampling: Sampling,

@@ -1,6 +1,7 @@
 //! Options of reading a volume.
 
 use super::placement::Placement;
+use crate::parse_name::named_values;
 
 /// Options of reading a volume, for what its file does not contain.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -38,6 +39,12 @@ pub enum SliceAxis {
     Channels,
     /// Frames in time.
     Frames,
+}
+
+named_values! {
+    SliceAxis, "slices":
+    Channels = "channels",
+    Frames = "frames",
 }
 
 impl ReadOptions {

@@ -10,6 +10,7 @@
 //!
 //! ImageJ writes files larger than 4 GiB with one directory for all pages, which are contiguous in the file.
 
+mod decoded;
 mod described;
 mod description;
 mod directories;
@@ -22,12 +23,12 @@ pub(crate) mod slices;
 use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom};
 
-use ::tiff::decoder::{Decoder, DecodingResult, Limits};
+use ::tiff::ColorType;
+use ::tiff::decoder::{Decoder, Limits};
 use ::tiff::tags::Tag;
-use ::tiff::{ColorType, TiffError};
 
 use super::data_error::invalid;
-use super::decode::{exact_f64, read_samples, rescaled, select_channel};
+use super::decode::{read_samples, rescaled, select_channel};
 use super::decoder_panic::catch_panic;
 use super::layout::{Channel, SampleType};
 use super::memory::try_filled_vec;
@@ -37,6 +38,7 @@ use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
 use super::stream::DEFLATE_RATIO;
 use super::text::shortened;
+use decoded::{explained, samples_of, wrong};
 use described::{Described, Planes, Writer};
 use interpretation::AsStored;
 
@@ -288,7 +290,7 @@ impl Pages {
             if page.is_planar {
                 return self.read_plane(&page, colour.index);
             }
-            let decoded = self.decoder.read_image().map_err(wrong)?;
+            let decoded = self.decoder.read_image().map_err(|e| explained(&mut self.decoder, e))?;
             let (samples, n) = (samples_of(decoded)?, page.size[0] * page.size[1]);
             if samples.len() != n * page.n_colours {
                 return Err(invalid(format!(
@@ -320,7 +322,8 @@ impl Pages {
                 return Err(invalid(format!("a tile of {n} bytes, more than {length} can hold")));
             }
             let mut chunk = try_filled_vec(layout.len, 0u8)?;
-            self.decoder.read_chunk_bytes(index, &mut chunk).map_err(wrong)?;
+            let read = self.decoder.read_chunk_bytes(index, &mut chunk);
+            read.map_err(|e| explained(&mut self.decoder, e))?;
             let row_bytes = layout.row_stride.map_or(1, |bytes| bytes.get());
             let [x, y] = [i % across * chunk_width, i / across * chunk_height];
             let n = row_bytes.min((width - x) * size);
@@ -414,37 +417,4 @@ fn page(decoder: &mut Decoder<AsStored<BufReader<File>>>, length: u64) -> io::Re
     };
     let resolution = [number(Tag::XResolution), number(Tag::YResolution)];
     Ok(TiffPage { size, n_colours, is_planar, sample_type, resolution })
-}
-
-/// The samples of a page, with types that `Samples` does not have widened.
-fn samples_of(decoded: DecodingResult) -> io::Result<Samples> {
-    Ok(match decoded {
-        DecodingResult::U8(v) => Samples::U8(v),
-        DecodingResult::I8(v) => Samples::I8(v),
-        DecodingResult::U16(v) => Samples::U16(v),
-        DecodingResult::I16(v) => Samples::I16(v),
-        DecodingResult::U32(v) => Samples::U32(v),
-        DecodingResult::I32(v) => Samples::I32(v),
-        DecodingResult::F16(v) => Samples::F32(v.into_iter().map(|v| v.to_f32()).collect()),
-        DecodingResult::F32(v) => Samples::F32(v),
-        DecodingResult::F64(v) => Samples::F64(v),
-        DecodingResult::U64(v) => {
-            Samples::F64(v.into_iter().map(|v| exact_f64(v.into())).collect::<io::Result<_>>()?)
-        }
-        DecodingResult::I64(v) => {
-            Samples::F64(v.into_iter().map(|v| exact_f64(v.into())).collect::<io::Result<_>>()?)
-        }
-    })
-}
-
-/// The error of the decoder in one line.
-fn wrong(e: TiffError) -> io::Error {
-    match e {
-        TiffError::IoError(e) if e.kind() != io::ErrorKind::UnexpectedEof => e,
-        TiffError::IoError(_) => invalid("the file ends inside a page"),
-        other => {
-            let text: String = other.to_string().chars().filter(|c| !c.is_control()).collect();
-            invalid(format!("unsupported or damaged TIFF: {}", shortened(&text)))
-        }
-    }
 }

@@ -9,6 +9,7 @@ mod phantoms;
 mod readers;
 mod real_volumes;
 mod text_kinds;
+mod tiff;
 
 use std::fs;
 use std::io::Write;

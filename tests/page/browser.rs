@@ -75,6 +75,34 @@ fn the_page_works_in_a_browser() {
     }
 }
 
+#[test]
+fn normals_in_the_page_face_away_from_the_enclosed_side() {
+    const SIDE: usize = 14;
+    const CENTER: [f64; 3] = [6.3, 7.1, 6.6];
+    const RADIUS: f64 = 4.0;
+    let distance = |i: usize| {
+        let at = [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|x| x as f64);
+        at.iter().zip(CENTER).map(|(x, middle)| (x - middle).powi(2)).sum::<f64>().sqrt()
+    };
+    let folder = Folder::new();
+    let mut enclosed = Vec::new();
+    // A ball that is high inside, and one that is low inside.
+    for (outside, sign) in [("low", -1.0), ("high", 1.0)] {
+        let samples = (0..SIDE.pow(3)).flat_map(|i| ((sign * distance(i)) as f32).to_le_bytes());
+        let volume = format!("{outside}_{SIDE}x{SIDE}x{SIDE}_float32.raw");
+        folder.write(&volume, &samples.collect::<Vec<u8>>());
+        let (spectrum, page) = (format!("{outside}.isp"), format!("{outside}.html"));
+        let flags = ["--outside", outside, "--backend", "cpu", "-q", "-o", &spectrum];
+        folder.run(&[&["compute", &volume][..], &flags].concat());
+        folder.run(&["html", &spectrum, "-q", "-o", &page]);
+        let isovalue = sign * RADIUS;
+        enclosed.push(serde_json::json!({ "name": page, "isovalue": isovalue, "center": CENTER }));
+    }
+    let expected = serde_json::json!({ "shaded": {}, "enclosed": enclosed });
+    folder.write("expected.json", expected.to_string().as_bytes());
+    run_node(&folder, Some("normals"));
+}
+
 mod real_volumes {
     use super::{Folder, run_node};
     use crate::common::data;

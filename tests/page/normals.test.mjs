@@ -86,3 +86,23 @@ for (const [name, isovalues] of Object.entries(expected.shaded)) {
     });
 }
 
+for (const { name, isovalue, center } of expected.enclosed ?? []) {
+    test(`triangles and normals face away from the enclosed side: ${name}`, () => {
+        const { about, spectrum } = decodedPage(name);
+        const query = new Query(spectrum, about.step);
+        query.moveTo(isovalue, false);
+        const { positions, triangles, normals } = query.mesh(true);
+        const fromCenter = (v) => minus(Array.from(positions.subarray(3 * v, 3 * v + 3)), center);
+        let volume = 0;
+        for (let t = 0; t < triangles.length; t += 3) {
+            const [p, q, r] = Array.from(triangles.subarray(t, t + 3), fromCenter);
+            volume += dot(p, cross(q, r)) / 6;
+        }
+        assert.ok(volume > 0, `a volume of ${volume}`);
+        for (let v = 0; v < positions.length / 3; v++) {
+            const outwards = fromCenter(v);
+            const cosine = dot(Array.from(normals.subarray(3 * v, 3 * v + 3)), outwards) / Math.hypot(...outwards);
+            assert.ok(cosine > 0.5, `the normal of vertex ${v} at ${outwards} from the centre: ${cosine}`);
+        }
+    });
+}

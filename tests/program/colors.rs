@@ -146,6 +146,11 @@ fn a_series_lists_its_meshes_with_their_isovalues() {
         let off = time.parse::<f64>().expect("a number") - expected;
         assert!(off.abs() < 1e-9, "{time}, expected {expected}");
     }
+    // A sign that stands for a number elsewhere.
+    folder.run(&["extract", "s.isp", "--sweep", "40%:80%:2", "-o", "50% <d>.pvd"]);
+    assert!(folder.names().contains(&"50% <d>-0001.vtp".to_owned()), "{:?}", folder.names());
+    let list = String::from_utf8(folder.read("50% <d>.pvd")).expect("text");
+    assert!(list.contains("file=\"50% &lt;d&gt;-0001.vtp\""), "{list}");
     // Numbered files of any format.
     folder.run(&["extract", "s.isp", "--sweep", "40%:80%:2", "-o", "m-%02d.ply"]);
     assert!(folder.names().contains(&"m-01.ply".to_owned()));

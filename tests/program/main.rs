@@ -13,6 +13,8 @@ mod films;
 mod frames;
 mod guide;
 mod isovalues;
+#[cfg(unix)]
+mod memory_limits;
 mod messages;
 mod outputs;
 mod readers;

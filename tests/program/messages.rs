@@ -171,7 +171,7 @@ fn swapped_arguments_are_recognised() {
 fn too_little_memory_is_an_error_before_the_work() {
     let folder = Folder::new();
     let script =
-        "ulimit -v 250000; \"$0\" compute --phantom noise:48 --backend cpu --threads 1 -o s.isp";
+        "ulimit -v 100000; \"$0\" compute --phantom noise:24 --backend cpu --threads 1 -o s.isp";
     let output = folder.shell(script);
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");

@@ -332,6 +332,25 @@ fn the_folder_of_a_killed_run_is_removed_by_the_next_one_but_not_that_of_a_livin
     assert_eq!(hidden(), [".isospectrum-2.part", ".isospectrum-mine.part"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn the_file_of_a_killed_run_is_removed_by_the_next_one_but_not_that_of_a_living_run() {
+    let folder = Folder::with_spectrum();
+    let name = |output: &str, n: usize| {
+        format!(".isospectrum-{:08x}-{n}.part", crc32fast::hash(output.as_bytes()))
+    };
+    let (killed, living, other) = (name("o.ply", 0), name("o.ply", 1), name("p.ply", 0));
+    for file in [&killed, &living, &other] {
+        folder.write(file, b"half of a mesh");
+    }
+    let lock = std::fs::File::open(folder.path().join(&living)).expect("readable");
+    lock.lock().expect("locked");
+    folder.run(&["extract", "s.isp", "-c", "50%", "-o", "o.ply", "-q"]);
+    let mut expected = [living, other, "o.ply".to_owned(), "s.isp".to_owned()];
+    expected.sort();
+    assert_eq!(folder.names(), expected);
+}
+
 /// Sends a signal to a command, run with `-v`, once it has printed a text. Returns the exit code and the lines after that.
 #[cfg(unix)]
 fn stopped(

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
 from . import _bricks, _native, _ome_zarr, _progress
-from ._errors import UsageError
+from ._errors import PromiseWarning, UsageError
 from ._isovalue import Isovalue, as_text
 from ._sources import lazy_and_frame, name_of, overridden_frame, volume
 from ._spectrum import Spectrum
@@ -44,6 +45,8 @@ def compute(
     level: int = 0,
     channel: int | None = None,
     frame: int | None = None,
+    slices: str | None = None,
+    check: bool = True,
     backend: str = "auto",
     adapter: str | None = None,
     threads: int | None = None,
@@ -114,6 +117,11 @@ def compute(
         with ``client``, ``parts`` or ``to`` a chunked array is never loaded as a whole.
     level, channel, frame
         Level of an OME-Zarr image's pyramid (0 is the finest), its channel, and its frame in time.
+    slices
+        Read the ``"channels"`` or the ``"frames"`` of a TIFF file as its slices.
+    check
+        Verify the spectrum at a few isovalues, unless it is computed in bricks, and warn with a
+        :class:`isospectrum.PromiseWarning` if it does not keep all promises.
     backend, adapter, threads
         Backend ``"auto"``, ``"gpu"`` or ``"cpu"``; GPU adapter by a part of its name; number of CPU threads.
     progress
@@ -152,7 +160,7 @@ def compute(
     start_text = None if start is None else as_text(start)
     placed = {"spacing": spacing, "origin": origin, "direction": direction, "space": space, "unit": unit}
     of_whole = {
-        "crop": crop, "median": median, "smooth": smooth, "downsample": downsample, "mask": mask, "persistence": persistence,
+        "slices": slices, "crop": crop, "median": median, "smooth": smooth, "downsample": downsample, "mask": mask, "persistence": persistence,
         "min_component": min_component, "max_memory": max_memory, "initial_mesh": parameters.get("initial_mesh"),
     }  # fmt: skip
     given = [key for key, value in of_whole.items() if value is not None]
@@ -174,7 +182,7 @@ def compute(
                         parts=parts, to=to, report=report,
                     )  # fmt: skip
                 )
-    whole = volume(a, **placed, name=name, nan_as=nan_as)
+    whole = volume(a, **placed, name=name, nan_as=nan_as, slices=slices)
     preparation: _native._Preparation = {
         "crop": None if crop is None else _region(crop, whole),
         "median": median,
@@ -184,9 +192,14 @@ def compute(
         "persistence": _text(persistence),
         "min_component": min_component,
     }
-    execution: _native._Execution = {"brick": brick, "max_memory": _text(max_memory), "backend": backend, "adapter": adapter, "threads": threads}
+    execution: _native._Execution = {
+        "brick": brick, "max_memory": _text(max_memory), "backend": backend, "adapter": adapter, "threads": threads, "check": check,
+    }  # fmt: skip
     with _progress.shown(progress, "computing") as report:
-        return Spectrum(_native.compute(whole, parameters, ends, start_text, preparation, execution, report))
+        made, broken = _native.compute(whole, parameters, ends, start_text, preparation, execution, report)
+    if broken is not None:
+        warnings.warn(broken, PromiseWarning, stacklevel=2)
+    return Spectrum(made)
 
 
 def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)

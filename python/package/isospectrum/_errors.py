@@ -1,4 +1,4 @@
-"""The exceptions of isospectrum, with the messages of the command line."""
+"""The exceptions and warnings of isospectrum, with the messages of the command line."""
 
 from __future__ import annotations
 
@@ -35,6 +35,10 @@ class InternalError(Error, RuntimeError):
     """A fault of isospectrum, not of its input. Please report it."""
 
 
-for _class in (Error, InputError, UsageError, RangeError, FileError, GpuError, VerificationError, InternalError):
+class PromiseWarning(UserWarning):
+    """A spectrum does not keep all promises of ``verify``; the message says which, and what helps."""
+
+
+for _class in (Error, InputError, UsageError, RangeError, FileError, GpuError, VerificationError, InternalError, PromiseWarning):
     _class.__module__ = "isospectrum"
 del _class

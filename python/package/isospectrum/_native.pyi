@@ -35,7 +35,9 @@ class Volume:
         nan_as: float | None,
     ) -> Volume: ...
     @staticmethod
-    def read(path: str, spacing: _Triple | None, origin: _Triple | None, nan_as: float | None) -> Volume: ...
+    def read(
+        path: str, spacing: _Triple | None, origin: _Triple | None, nan_as: float | None, slices: str | None
+    ) -> Volume: ...
     @property
     def dims(self) -> tuple[int, int, int]: ...
     @property
@@ -120,6 +122,7 @@ class _Execution(TypedDict):
     backend: str
     adapter: str | None
     threads: int | None
+    check: bool
 
 def compute(
     volume: Volume,
@@ -129,7 +132,7 @@ def compute(
     preparation: _Preparation,
     execution: _Execution,
     progress: _Report,
-) -> Spectrum: ...
+) -> tuple[Spectrum, str | None]: ...
 
 _Numbers = tuple[int, int, int]
 

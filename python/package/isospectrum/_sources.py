@@ -34,15 +34,18 @@ def volume(
     unit: str | None = None,
     name: str | None = None,
     nan_as: float | None = None,
+    slices: str | None = None,
 ) -> _native.Volume:
     """Convert a source to a volume; arguments override the frame of the source."""
+    if slices is not None and not isinstance(source, (str, os.PathLike)):
+        raise UsageError(f"slices {slices!r} is for TIFF files, expected the path of one")
     if isinstance(source, _native.Volume):
         return source
     if isinstance(source, (str, os.PathLike)):
         if direction is not None or space is not None or unit is not None:
             raise UsageError("direction, space and unit are those of the file, expected none")
         ends = [None if n is None else triple(n, what) for n, what in ((spacing, "spacing"), (origin, "origin"))]
-        return _native.Volume.read(os.fspath(source), ends[0], ends[1], nan_as)
+        return _native.Volume.read(os.fspath(source), ends[0], ends[1], nan_as, slices)
     array, frame = array_and_frame(source)
     frame = overridden_frame(frame, spacing=spacing, origin=origin, direction=direction, space=space, unit=unit)
     samples = sample_array(array)

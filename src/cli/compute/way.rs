@@ -46,8 +46,9 @@ impl Request<'_> {
     /// Chooses bricks if they are requested, or if the whole volume is expected to exceed the memory.
     pub(super) fn way(&self) -> anyhow::Result<Way> {
         let limit = self.budget.limit();
-        if self.brick.is_some() || self.is_folder {
-            let side = self.brick.unwrap_or(SIDE);
+        // Without a flag, the forecast of a large volume is not worth its time: bricks of the default side fit most machines.
+        let default_side = (self.is_folder && !self.budget.is_memory_given()).then_some(SIDE);
+        if let Some(side) = self.brick.or(default_side) {
             return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None, side)?)));
         }
         let source = self.volume.source()?;
@@ -74,7 +75,7 @@ impl Request<'_> {
         let prepared = Prepared::of(volume, preparation, cleaned);
         let volume = prepared.volume();
         let parameters = self.parameters.settings().resolve(volume.range(), prepared.samples())?;
-        if !is_divisible(volume.dims(), &parameters) {
+        if !is_divisible(volume.dims(), &parameters) && !self.is_folder {
             self.budget.check_least(volume)?;
         }
         let bar = Bar::new(self.quiet);
@@ -82,6 +83,8 @@ impl Request<'_> {
         let strategy = Strategy::choose(&prepared, &parameters, limit.map(|limit| limit.bytes))?;
         drop(bar);
         let (expected_memory, side) = match strategy {
+            // A folder has parts, however small the volume is.
+            Strategy::Whole(_) if self.is_folder => (0.0, SIDE),
             Strategy::Whole(forecast) => {
                 self.budget.check(volume.name(), &forecast)?;
                 return Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })));

@@ -3,7 +3,7 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::interpretation;
+use super::interpretation::{self, BLACK_IS_ZERO, Replaced};
 use crate::volume::data_error::invalid;
 
 /// Bytes of a value, by the number of its type from 1 on.
@@ -12,13 +12,20 @@ const SIZES: [u64; 18] = [1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8];
 /// The tag of the interpretation of numbers as colours.
 const PHOTOMETRIC_INTERPRETATION: u64 = 262;
 
-/// Checks that every value of every directory is in a file of `length` bytes. Returns the places of the lowest bytes of
-/// interpretations that are replaced.
+/// The tags of offsets and lengths of strips, and of tiles. They differ in their lowest byte.
+const STRIPS: [u64; 2] = [273, 279];
+const TILES: [u64; 2] = [324, 325];
+
+/// The tag of the width of a tile.
+const TILE_WIDTH: u64 = 322;
+
+/// Checks that every value of every directory is in a file of `length` bytes. Returns the bytes of interpretations and tags that are
+/// replaced.
 ///
 /// # Errors
 ///
 /// `InvalidData` if one is not, or the directories form a circle. The decoder rejects files that are not TIFF.
-pub(super) fn check(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<u64>> {
+pub(super) fn check(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<Replaced>> {
     match check_all(reader, length) {
         Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
             Err(invalid("the file ends inside a directory of pages"))
@@ -27,7 +34,7 @@ pub(super) fn check(reader: &mut (impl Read + Seek), length: u64) -> io::Result<
     }
 }
 
-fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<u64>> {
+fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<Replaced>> {
     let mut head = [0; 4];
     reader.read_exact(&mut head)?;
     let big_endian = head[0] == b'M';
@@ -50,6 +57,8 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<u64
             return Err(invalid(format!("a directory of {n_entries} entries in {length} bytes")));
         }
         let (head_bytes, entry_bytes) = if is_big { (8, 20) } else { (2, 12) };
+        // Tiles with the tags of strips, as libtiff wrote them before TIFF 6.0.
+        let (mut has_tiles, mut of_strips) = ([false; 2], Vec::new());
         for i in 0..n_entries {
             let (tag, kind) = (file.next(2)?, file.next(2)?);
             let n = file.next(width)?;
@@ -67,9 +76,18 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<u64
                 let lowest = if big_endian { size as u64 - 1 } else { 0 };
                 let place = at + head_bytes + (i + 1) * entry_bytes - width as u64 + lowest;
                 if interpretation::is_replaced(value) {
-                    replaced.push(place);
+                    replaced.push(Replaced { place, by: BLACK_IS_ZERO });
                 }
             }
+            has_tiles[0] |= tag == TILE_WIDTH;
+            has_tiles[1] |= TILES.contains(&tag);
+            if let Some(which) = STRIPS.iter().position(|&strips| strips == tag) {
+                let place = at + head_bytes + i * entry_bytes + u64::from(big_endian);
+                of_strips.push(Replaced { place, by: TILES[which] as u8 });
+            }
+        }
+        if has_tiles == [true, false] {
+            replaced.append(&mut of_strips);
         }
         at = file.next(width)?;
     }

@@ -2,34 +2,42 @@
 //!
 //! The decoder inverts pages whose smallest number is white (of floats it makes 1 - v), and rejects pages with a colour table.
 //! Here the samples are the numbers that are stored: the value of both interpretations is replaced by that of
-//! "black is zero" while it is read.
+//! "black is zero" while it is read. So are tags of tiles, where a writer before TIFF 6.0 has used those of strips.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
 /// The values of the tag PhotometricInterpretation that are replaced, and the one in their place.
 const WHITE_IS_ZERO: u64 = 0;
 const PALETTE: u64 = 3;
-const BLACK_IS_ZERO: u8 = 1;
+pub(super) const BLACK_IS_ZERO: u8 = 1;
 
 /// Whether pages of a value of PhotometricInterpretation are read as "black is zero".
 pub(super) fn is_replaced(value: u64) -> bool {
     matches!(value, WHITE_IS_ZERO | PALETTE)
 }
 
-/// A reader that replaces bytes of interpretations.
+/// A byte of a file and the one in its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Replaced {
+    /// Offset in the file.
+    pub(super) place: u64,
+    pub(super) by: u8,
+}
+
+/// A reader that replaces bytes.
 pub(super) struct AsStored<R> {
     reader: R,
     at: u64,
-    /// The lowest bytes of the replaced values: their places in the file, ascending.
-    places: Vec<u64>,
+    /// Ascending by their places.
+    replaced: Vec<Replaced>,
 }
 
 impl<R: Read + Seek> AsStored<R> {
-    /// A reader from the start of a file on; `places` in any order.
-    pub(super) fn new(mut reader: R, mut places: Vec<u64>) -> io::Result<Self> {
+    /// A reader from the start of a file on; `replaced` in any order.
+    pub(super) fn new(mut reader: R, mut replaced: Vec<Replaced>) -> io::Result<Self> {
         reader.seek(SeekFrom::Start(0))?;
-        places.sort_unstable();
-        Ok(AsStored { reader, at: 0, places })
+        replaced.sort_unstable();
+        Ok(AsStored { reader, at: 0, replaced })
     }
 }
 
@@ -37,9 +45,9 @@ impl<R: Read> Read for AsStored<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.reader.read(buffer)?;
         let end = self.at + n as u64;
-        let first = self.places.partition_point(|&place| place < self.at);
-        for &place in self.places[first..].iter().take_while(|&&place| place < end) {
-            buffer[(place - self.at) as usize] = BLACK_IS_ZERO;
+        let first = self.replaced.partition_point(|byte| byte.place < self.at);
+        for byte in self.replaced[first..].iter().take_while(|byte| byte.place < end) {
+            buffer[(byte.place - self.at) as usize] = byte.by;
         }
         self.at = end;
         Ok(n)
@@ -61,7 +69,8 @@ mod tests {
     fn replaced_bytes_are_found_wherever_reads_begin_and_end() {
         let bytes = [9u8; 10];
         for (from, n) in [(0, 10), (2, 1), (3, 4), (6, 4), (7, 3), (4, 2)] {
-            let mut reader = AsStored::new(io::Cursor::new(bytes), vec![6, 2]).expect("in memory");
+            let replaced = [6, 2].map(|place| Replaced { place, by: BLACK_IS_ZERO }).to_vec();
+            let mut reader = AsStored::new(io::Cursor::new(bytes), replaced).expect("in memory");
             reader.seek(SeekFrom::Start(from)).expect("inside");
             let mut found = vec![0; n];
             reader.read_exact(&mut found).expect("inside");
