@@ -31,7 +31,7 @@ use crate::progress::Progress;
 use crate::random::Random;
 use crate::spectrum::{Mesh, Query, Spectrum};
 use crate::topology::exact::ExactField;
-use crate::volume::{Placement, Volume};
+use crate::volume::{Placement, Volume, between};
 
 pub use coherence::{Coherence, EventCoherence};
 pub use distribution::Summary;
@@ -168,12 +168,11 @@ pub struct SpotCheck {
 /// [`Error::Input`] if the volume is not the spectrum's.
 pub fn spot_check(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<SpotCheck> {
     check_same_volume(spectrum, volume)?;
-    let (low, high) = spectrum.range();
     let mut query = Query::for_some(spectrum, n_isovalues);
     let mut pooled = Geometry::new();
     for i in 0..n_isovalues {
         let share = (i as f64 + 0.5) / n_isovalues as f64;
-        let isovalue = low * (1.0 - share) + high * share;
+        let isovalue = between(spectrum.range(), share);
         let mesh = query.mesh_at(isovalue)?;
         if measure::is_placed(volume, &mesh) {
             pooled.merge(&measure::spot_check(volume, isovalue, &mesh));

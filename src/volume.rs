@@ -70,6 +70,7 @@ pub(crate) use grid::{check_grid, check_range};
 pub use histogram::Histogram;
 pub use info::VolumeInfo;
 pub use isovalue::Isovalue;
+pub(crate) use isovalue::between;
 #[cfg(not(feature = "dicom"))]
 use left_out::dicom;
 #[cfg(not(feature = "zip"))]

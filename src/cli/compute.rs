@@ -243,6 +243,11 @@ fn summary(facts: &Facts, measured: Option<&SpotCheck>) -> String {
         );
         rows.insert(1, ("tolerance", within));
         rows.insert(2, ("radius ratio", report::number_or_dash(measured.radius_ratio)));
+    } else {
+        rows.insert(
+            1,
+            ("tolerance", "not measured in bricks; `isospectrum verify` does".to_owned()),
+        );
     }
     report::table(&rows)
 }

@@ -3,6 +3,7 @@
 use super::data::Spectrum;
 use super::measures::Measures;
 use super::query::Query;
+use crate::volume::between;
 
 /// The candidates divide the range into so many equal parts.
 const PARTS: usize = 32;
@@ -23,11 +24,8 @@ impl Spectrum {
 }
 
 /// As [`Spectrum::shown_first`], given a range and a function that returns the area at an isovalue, or something proportional to it.
-pub(crate) fn shown_first((low, high): (f64, f64), mut area_at: impl FnMut(f64) -> f64) -> f64 {
-    let at = |part: usize| {
-        let share = part as f64 / PARTS as f64;
-        low * (1.0 - share) + high * share
-    };
+pub(crate) fn shown_first(range: (f64, f64), mut area_at: impl FnMut(f64) -> f64) -> f64 {
+    let at = |part: usize| between(range, part as f64 / PARTS as f64);
     let candidates: Vec<(usize, f64)> = (1..PARTS).map(|i| (i, area_at(at(i)))).collect();
     let min_area = MIN_AREA_SHARE * candidates.iter().map(|l| l.1).fold(0.0, f64::max);
     let middle = PARTS / 2;

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::spectrum::{Spectrum, Triangle};
+use crate::volume::between;
 
 /// Key in a spectrum's metadata: the share of the isosurface's area, without caps, whose
 /// triangles are tracked, mean over the range.
@@ -18,11 +19,8 @@ const N_ISOVALUES: usize = 64;
 const CHUNK: usize = 1 << 14;
 
 /// The isovalues at which areas are measured, ascending.
-pub(crate) fn area_isovalues((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
-    (0..N_ISOVALUES).map(move |i| {
-        let share = (i as f64 + 0.5) / N_ISOVALUES as f64;
-        low * (1.0 - share) + high * share
-    })
+pub(crate) fn area_isovalues(range: (f64, f64)) -> impl Iterator<Item = f64> {
+    (0..N_ISOVALUES).map(move |i| between(range, (i as f64 + 0.5) / N_ISOVALUES as f64))
 }
 
 /// At each of [`area_isovalues`] the area, without caps, of the first `n_tracked` triangles and of the others.

@@ -70,7 +70,7 @@ pub(super) fn random_isovalues(
     let margin = 1e-6 * (high - low);
     let mut isovalues: Vec<f64> = (0..n)
         .map(|i| {
-            let uniform = low + random.unit() * (high - low);
+            let uniform = (low + random.unit() * (high - low)).min(high);
             if i % 2 == 0 {
                 return uniform;
             }

@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::export::place_in_world;
 use crate::file::{FolderQuery, SpectrumFolder};
 use crate::spectrum::{Measures, Mesh, Query, Spectrum};
-use crate::volume::Placement;
+use crate::volume::{Placement, between};
 
 /// Number of isovalues of a curve: enough for the width of a small window.
 const N_ISOVALUES: usize = 192;
@@ -93,14 +93,12 @@ impl Curves {
         let (points, stop) = (curves.points.clone(), curves.stop.clone());
         let (is_finished, window) = (curves.is_finished.clone(), window.clone());
         thread::spawn(move || {
-            let (low, high) = meshes.range;
             let mut mesh = Mesh::default();
             for i in 0..N_ISOVALUES {
                 if stop.load(Ordering::Relaxed) {
                     return;
                 }
-                let t = (i as f64 + 0.5) / N_ISOVALUES as f64;
-                let isovalue = low * (1.0 - t) + high * t;
+                let isovalue = between(meshes.range, (i as f64 + 0.5) / N_ISOVALUES as f64);
                 if meshes.mesh_at_into(isovalue, &mut mesh).is_err() {
                     continue;
                 }

@@ -45,7 +45,9 @@ impl Isovalue {
         };
         Ok(match self {
             Isovalue::Absolute(value) => value,
-            // Weighted, so that 0% and 100% are the ends exactly.
+            Isovalue::Percent(percent) if (0.0..=100.0).contains(&percent) => {
+                between((low, high), percent / 100.0)
+            }
             Isovalue::Percent(percent) => low * (1.0 - percent / 100.0) + high * (percent / 100.0),
             Isovalue::Percentile(percent) => statistics(format!("p{percent}"))?.percentile(percent),
             Isovalue::Sigma(n) => {
@@ -54,6 +56,12 @@ impl Isovalue {
             }
         })
     }
+}
+
+/// The isovalue at a share of a range, 0 to 1. The ends are exact, and rounding never leads out of the range, which may be two
+/// neighbouring numbers.
+pub(crate) fn between((low, high): (f64, f64), share: f64) -> f64 {
+    (low * (1.0 - share) + high * share).clamp(low, high)
 }
 
 impl FromStr for Isovalue {
@@ -98,6 +106,17 @@ impl FromStr for Isovalue {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_isovalue_between_neighbouring_numbers_is_one_of_them() {
+        for low in [1.999_999_999_999_999_8, 0.453_885_879_464_596, 1e-310, -3.7] {
+            let range: (f64, f64) = (low, low.next_up());
+            for i in 0..=24 {
+                let isovalue = between(range, f64::from(i) / 24.0);
+                assert!(range.0 <= isovalue && isovalue <= range.1, "{i} of 24 of {range:?}");
+            }
+        }
+    }
     use crate::volume::{Placement, Samples, Volume};
 
     #[test]

@@ -43,7 +43,7 @@ pub(super) fn sample(
         }
         progress.report(i as f64 / n as f64, "curves");
         let share = (i as f64 + 0.5) / n as f64;
-        let isovalue = low * (1.0 - share) + high * share;
+        let isovalue = (low * (1.0 - share) + high * share).clamp(low, high);
         let mesh = extract(field, isovalue);
         let place = |v: u32| placement.around_origin(mesh.positions[v as usize]);
         let corners = |t: &[u32; 3]| t.map(place);
