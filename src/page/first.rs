@@ -15,6 +15,9 @@ const RANGE_FRACTION: usize = 8;
 /// The first range takes at most this many bytes, which a page decodes in a fraction of a second.
 const MAX_BYTES: usize = 2_500_000;
 
+/// The first range may always take this many bytes, a tenth of the page's script, so that the slider of a small page moves, too.
+const MIN_BYTES: usize = 16_000;
+
 /// A single isosurface may take this fraction (1 / n) of the bytes of the whole spectrum: there is nothing smaller to show.
 const SINGLE_FRACTION: usize = 4;
 
@@ -49,7 +52,7 @@ pub(super) fn first_range(
 ) -> Result<Option<FirstRange>> {
     let Some(single) = single_isosurface(spectrum, isovalue, step, field)? else { return Ok(None) };
     let (low, high) = spectrum.range();
-    let max_bytes = (n_bytes / RANGE_FRACTION).min(MAX_BYTES);
+    let max_bytes = (n_bytes / RANGE_FRACTION).clamp(MIN_BYTES, MAX_BYTES);
     // The codes of a second field belong to the knots of the whole spectrum, which a range replaces at its ends.
     let tries = if field.is_some() { 0..0 } else { 0..N_TRIES };
     for i in tries {

@@ -99,8 +99,9 @@ pub(super) fn exchange(
     let stuck: Vec<u32> = wrong.into_iter().filter(|s| cannot_cross(&mut made, s)).collect();
     refused.add("sample not crossed", stuck);
     let bound: Vec<(Vertex, LatticeEdge)> = made.bound().collect();
+    let level = field.isovalue_level(isovalue);
     for &(v, e) in &bound {
-        let ends = new.grid.ends(e).map(|s| field.key(s) > field.isovalue_key(isovalue));
+        let ends = new.grid.ends(e).map(|s| field.level(s) > level);
         if ends[0] == ends[1] {
             refused.add("bound to no crossing", new.grid.ends(e));
         } else if made.vertex_at(e) != Some(v) {

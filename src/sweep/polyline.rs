@@ -17,15 +17,18 @@ pub(super) fn polyline(
     s: Square,
     isovalue: f64,
 ) -> Vec<[LatticeEdge; 2]> {
-    let key = field.isovalue_key(isovalue);
-    let above = grid.corners(s).map(|v| field.key(v) > key);
+    let level = field.isovalue_level(isovalue);
+    let above = grid.corners(s).map(|v| field.level(v) > level);
+    if above == [above[0]; 4] {
+        return Vec::new();
+    }
     let sides = sides(grid, s);
     let crossed: Vec<usize> = (0..4).filter(|&i| above[i] != above[(i + 1) % 4]).collect();
     match crossed[..] {
-        [] => Vec::new(),
         [a, b] => vec![[sides[a], sides[b]]],
         _ => {
             let saddle = field.face_saddle(s.corner, s.axis as usize);
+            let key = field.isovalue_key(isovalue);
             let saddle_above = saddle.is_some_and(|s| s.is_above(key));
             // The corners on the other side than the saddle are cut off.
             let cut = (0..4).filter(|&i| above[i] != saddle_above);

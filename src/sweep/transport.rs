@@ -215,11 +215,11 @@ impl Transport<'_> {
     /// True if none of the face's vertices is removed during the step. Where the seam crosses a sample, faces change before the
     /// end.
     fn stays(&self, f: Face) -> bool {
-        let key = self.exact.isovalue_key(self.step.next);
+        let level = self.exact.isovalue_level(self.step.next);
         self.tracked.mesh.face_vertices(f).into_iter().all(|v| {
             self.tracked.key(v).is_none_or(|e| {
                 let ends = [e.from, e.from + self.exact.strides()[e.axis as usize]];
-                let [a, b] = ends.map(|v| self.exact.key(v) > key);
+                let [a, b] = ends.map(|v| self.exact.level(v) > level);
                 a != b
             })
         })

@@ -322,8 +322,8 @@ impl<'a> Cut<'a> {
         nodes: &BTreeMap<LatticeEdge, u32>,
         isovalue: f64,
     ) -> (Vec<u32>, Vec<u32>) {
-        let isovalue_key = self.field.isovalue_key(isovalue);
-        let is_above = |v: u32| self.field.key(v) > isovalue_key;
+        let level = self.field.isovalue_level(isovalue);
+        let is_above = |v: u32| self.field.level(v) > level;
         let differs = |e: LatticeEdge| {
             let [a, b] = self.grid.ends(e);
             nodes.contains_key(&e) != (is_above(a) != is_above(b))

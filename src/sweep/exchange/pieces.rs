@@ -133,11 +133,12 @@ pub(super) fn release(
 ) {
     let grid = PaddedGrid::of(field);
     let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
-    let isovalue_key = field.isovalue_key(isovalue);
+    let level = field.isovalue_level(isovalue);
     for block in released {
         for cell in grid.cells_of(*block) {
             let offsets = field.cell_offsets();
-            let above = offsets.iter().filter(|&&o| field.key(cell + o) > isovalue_key).count();
+            let levels = field.levels_at(cell, offsets);
+            let above = levels.iter().filter(|&&l| l > level).count();
             if above == 0 || above == 8 {
                 continue;
             }
