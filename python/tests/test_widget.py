@@ -260,11 +260,14 @@ def test_two_widgets_in_jupyterlab(lab, browser):
     tab.goto(address)
     tab.wait_for_selector(".jp-Notebook .jp-CodeCell")
     tab.wait_for_selector(".jp-NotebookPanel .jp-Toolbar-kernelName:has-text('Python 3')")
+    # A cell that is run before the kernel is ready may never be numbered.
+    tab.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']")
 
     def run(number: int) -> None:
         """Runs a cell and waits until it has finished."""
         cell = tab.locator(".jp-CodeCell").nth(number)
         cell.locator(".jp-InputArea-editor").click()
+        cell.locator(".cm-editor.cm-focused").wait_for()
         tab.keyboard.press("Shift+Enter")
         until(tab, lambda: cell.locator(".jp-InputPrompt").inner_text().strip("[]: ").isdigit())
 
