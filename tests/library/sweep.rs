@@ -183,6 +183,23 @@ fn a_sphere_is_tracked_and_not_only_extracted() {
 }
 
 #[test]
+fn each_ended_lifetime_has_one_cause() {
+    let (_, spectrum) = phantom_spectrum("torus:24");
+    let counts = Counts::of(&spectrum).expect("counted");
+    let causes = [
+        counts.ended_by_exchanges,
+        counts.ended_by_seam,
+        counts.ended_by_flips,
+        counts.ended_by_splits,
+        counts.ended_by_collapses,
+    ];
+    assert!(causes.iter().all(|&n| n > 0), "{counts:?}");
+    // The others are those of exact cells, and those that live to the end of the range.
+    let n_ended = causes.iter().sum::<u64>() + counts.ended_by_repairs;
+    assert!(n_ended < spectrum.triangles().len() as u64, "{counts:?}");
+}
+
+#[test]
 fn a_range_in_which_the_isosurface_hardly_moves_has_a_tracked_mesh_all_along() {
     let volume = phantom_volume("sphere:20");
     let (low, high) = volume.range();
