@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::export::place_in_world;
 use crate::spectrum::{EventKind, Measures, Query, Spectrum};
-use crate::volume::{Histogram, Statistics};
+use crate::volume::{Histogram, Statistics, between};
 
 /// The number of isovalues of the curves, evenly spaced.
 const N_ISOVALUES: usize = 129;
@@ -70,10 +70,9 @@ impl Curves {
     }
 }
 
-/// Isovalue `i` of [`N_ISOVALUES`]; a weighted sum, which gives both ends exactly, clamped because of rounding between them.
-fn isovalue_at((low, high): (f64, f64), i: usize) -> f64 {
-    let t = i as f64 / (N_ISOVALUES - 1) as f64;
-    (low * (1.0 - t) + high * t).clamp(low, high)
+/// Isovalue `i` of [`N_ISOVALUES`], the ends of the range among them.
+fn isovalue_at(range: (f64, f64), i: usize) -> f64 {
+    between(range, i as f64 / (N_ISOVALUES - 1) as f64)
 }
 
 /// The code of a kind of event, an index into `KINDS` of `page/plot.js`.

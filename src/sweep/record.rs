@@ -227,16 +227,18 @@ impl Recorder {
 
     /// Ends all lifetimes and trajectories: nothing is tracked any more.
     pub(super) fn clear(&mut self, isovalue: f64) {
-        for slot in 0..self.alive.len() {
-            self.end(slot, isovalue, Some(Cause::Exchange));
-        }
+        self.end_all(isovalue, Some(Cause::Exchange));
         self.tracks.clear();
     }
 
     /// Ends all lifetimes at the end of the march.
     pub(super) fn finish(&mut self, isovalue: f64) {
+        self.end_all(isovalue, None);
+    }
+
+    fn end_all(&mut self, isovalue: f64, cause: Option<Cause>) {
         for slot in 0..self.alive.len() {
-            self.end(slot, isovalue, None);
+            self.end(slot, isovalue, cause);
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::export::{self, Border};
 use crate::render::View;
 use crate::spectrum::{Mesh, Picked, Query};
+use crate::volume::between;
 
 /// Extensions of the files that can be saved.
 pub(super) const EXTENSIONS: [&str; 7] = ["png", "ply", "stl", "obj", "glb", "vtp", "3mf"];
@@ -160,9 +161,8 @@ impl SweepExport {
     ///
     /// As [`save_as`].
     pub(super) fn step(&mut self, scene: &mut Scene, view: &mut View) -> Result<()> {
-        let (low, high) = scene.spectrum.range();
-        let t = f64::from(self.next) / f64::from(self.n_frames - 1);
-        scene.isovalue = (low * (1.0 - t) + high * t).clamp(low, high);
+        let share = f64::from(self.next) / f64::from(self.n_frames - 1);
+        scene.isovalue = between(scene.spectrum.range(), share);
         scene.update_picks(view)?;
         let name = format!("{}-{:05}.png", self.prefix, self.next + 1);
         scene.picture(view)?.write_png(&self.folder.join(name))?;

@@ -106,6 +106,7 @@ impl FromStr for Isovalue {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::volume::{Placement, Samples, Volume};
 
     #[test]
     fn an_isovalue_between_neighbouring_numbers_is_one_of_them() {
@@ -117,7 +118,6 @@ mod tests {
             }
         }
     }
-    use crate::volume::{Placement, Samples, Volume};
 
     #[test]
     fn isovalues_are_numbers_percentages_percentiles_deviations_and_shares() {
