@@ -63,6 +63,10 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<Rep
             let (tag, kind) = (file.next(2)?, file.next(2)?);
             let n = file.next(width)?;
             let size = SIZES.get((kind as usize).wrapping_sub(1)).copied().unwrap_or(0);
+            // The decoder skips too little of such an entry, and takes its rest for the next one.
+            if is_big && size == 0 {
+                return Err(invalid(format!("a value of unknown type {kind} of tag {tag}")));
+            }
             if n.saturating_mul(size.max(1)) > length {
                 return Err(invalid(format!(
                     "{n} values of tag {tag} in a file of {length} bytes"
@@ -116,5 +120,34 @@ impl<R: Read> NumberReader<'_, R> {
             number[..width].reverse();
         }
         u64::from_le_bytes(number)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A BigTIFF file of one directory with one value of a type.
+    fn big_tiff(kind: u16) -> Vec<u8> {
+        let mut bytes = b"II\x2b\0\x08\0\0\0".to_vec();
+        [16u64, 1].iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+        [256, kind].iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+        [1u64, 5, 0].iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+        bytes
+    }
+
+    #[test]
+    fn a_type_that_the_decoder_does_not_skip_whole_is_refused() {
+        let checked = |kind: u16| {
+            let bytes = big_tiff(kind);
+            check(&mut io::Cursor::new(&bytes), bytes.len() as u64).map_err(|e| e.to_string())
+        };
+        for known in [1, 3, 4, 13, 16, 18] {
+            assert_eq!(checked(known), Ok(Vec::new()), "{known}");
+        }
+        for unknown in [0, 14, 15, 19] {
+            let found = checked(unknown).expect_err("unknown");
+            assert_eq!(found, format!("a value of unknown type {unknown} of tag 256"));
+        }
     }
 }
