@@ -5,9 +5,13 @@
 //! sources: sections have lengths and checksums (`section`), there are no offsets, and the result passes
 //! [`Spectrum::check`](crate::Spectrum::check).
 
+mod by_rank;
 mod coder;
 mod column;
 mod connectivity;
+mod container;
+mod decode;
+mod encode;
 mod facing;
 mod folder;
 mod folder_index;
@@ -16,17 +20,20 @@ mod folder_spectrum;
 mod geometry;
 mod header;
 mod holes;
+mod living;
 mod parts;
+mod path;
 mod predict;
 mod rank_intervals;
 mod samples;
 mod section;
+mod source;
 mod spectrum_file;
-
 mod summary;
 mod tables;
 pub mod thesis;
 mod trajectories;
+mod tree;
 mod triangles;
 mod units;
 
@@ -42,6 +49,8 @@ pub use folder_query::FolderQuery;
 pub use folder_spectrum::FolderSpectrum;
 pub use header::{MAGIC, VERSION};
 pub(crate) use parts::Parts;
-pub use spectrum_file::{Written, from_bytes, in_file_order, into_bytes, read, to_bytes, write};
+pub use spectrum_file::{
+    SpectrumFile, Written, from_bytes, in_file_order, into_bytes, read, to_bytes, write,
+};
 pub use summary::Summary;
 pub(crate) use units::Units;

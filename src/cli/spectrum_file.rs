@@ -1,8 +1,9 @@
 //! Spectrum files of both formats: ours and the layout of the thesis.
 
+use std::io::Read as _;
 use std::path::Path;
 
-use isospectrum::file::{self, MAGIC, SpectrumFolder, Summary, Written, thesis};
+use isospectrum::file::{self, MAGIC, SpectrumFile, SpectrumFolder, Summary, Written, thesis};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::unstable::input;
 use isospectrum::{Error, Result};
@@ -43,9 +44,10 @@ impl Format {
     }
 }
 
-/// A spectrum that is read as far as needed: a file as a whole, a folder only in the requested parts.
+/// A spectrum that is read as far as needed: only the requested chunks of a file or parts of a folder, a file in the layout of the thesis as a whole.
 pub(super) enum Opened {
     Whole(Box<Spectrum>),
+    File(Box<SpectrumFile>),
     Folder(Box<SpectrumFolder>),
 }
 
@@ -55,21 +57,30 @@ impl Opened {
         if file::is_folder(path) {
             return Ok(Opened::Folder(Box::new(SpectrumFolder::open(path)?)));
         }
-        Ok(Opened::Whole(Box::new(read(path)?.0)))
+        kind::check(path, Kind::Spectrum)?;
+        if is_named_thesis(path) && !has_magic(path)? {
+            return Ok(Opened::Whole(Box::new(read(path)?.0)));
+        }
+        Ok(Opened::File(Box::new(SpectrumFile::open(path)?)))
     }
 
-    /// Returns the spectrum with its range, events and parameters; without triangles if it is a folder.
+    /// Returns the spectrum with its range, events and parameters; without triangles if it is a file or a folder.
     pub(super) fn header(&self) -> &Spectrum {
         match self {
             Opened::Whole(spectrum) => spectrum,
+            Opened::File(file) => file.description(),
             Opened::Folder(folder) => folder.whole(),
         }
     }
 
-    /// Returns the whole spectrum; reads all parts of a folder.
+    /// Returns the whole spectrum; reads all chunks of a file and all parts of a folder.
     pub(super) fn whole(self) -> Result<Spectrum> {
         match self {
             Opened::Whole(spectrum) => Ok(*spectrum),
+            Opened::File(file) => {
+                check_triangles(file.path(), file.size().triangles, READ_BYTES)?;
+                file.read()
+            }
             Opened::Folder(folder) => folder.read(),
         }
     }
@@ -78,6 +89,13 @@ impl Opened {
     pub(super) fn around(self, isovalues: &[f64]) -> Result<Spectrum> {
         let folder = match self {
             Opened::Whole(spectrum) => return Ok(*spectrum),
+            Opened::File(file) => {
+                let (n_triangles, n_bytes) = file.needed_around(isovalues);
+                check_triangles(file.path(), n_triangles, READ_BYTES)?;
+                let [n, of] = [n_bytes, file.n_bytes()].map(report::bytes);
+                log::debug!("{}: {n} of {of} are read", file.path().display());
+                return file.read_around(isovalues);
+            }
             Opened::Folder(folder) => folder,
         };
         let low = isovalues.iter().copied().fold(f64::INFINITY, f64::min);
@@ -90,6 +108,14 @@ impl Opened {
         // The range stays that of the whole spectrum, so that percentages keep their meaning.
         folder.read_around(isovalues)
     }
+}
+
+/// Returns whether a file begins as a spectrum file does, whatever its name.
+fn has_magic(path: &Path) -> Result<bool> {
+    let mut start = Vec::new();
+    let (file, _) = input::open(path)?;
+    file.take(MAGIC.len() as u64).read_to_end(&mut start).map_err(|e| Error::io(path, e))?;
+    Ok(start == MAGIC)
 }
 
 /// Reads a spectrum of either format, or all parts of a folder. Returns its size in bytes as well.
@@ -113,13 +139,15 @@ pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
 ///
 /// [`Error::Input`]; those of [`Summary::read`].
 pub(super) fn check_memory(path: &Path, bytes_per_triangle: f64) -> Result<()> {
-    let Some(allowed) = machine::allowed_by_process().filter(|_| path.is_file()) else {
-        return Ok(());
-    };
-    if is_named_thesis(path) {
+    if machine::allowed_by_process().is_none() || !path.is_file() || is_named_thesis(path) {
         return Ok(());
     }
-    let n_triangles = Summary::read(path)?.size.triangles;
+    check_triangles(path, Summary::read(path)?.size.triangles, bytes_per_triangle)
+}
+
+/// As [`check_memory`], for a known number of triangles to be read.
+fn check_triangles(path: &Path, n_triangles: u64, bytes_per_triangle: f64) -> Result<()> {
+    let Some(allowed) = machine::allowed_by_process() else { return Ok(()) };
     let expected = bytes_per_triangle * n_triangles as f64;
     if expected <= allowed.bytes {
         return Ok(());

@@ -18,8 +18,12 @@
 
 use rayon::prelude::*;
 
+use super::by_rank::ByRank;
 use super::column::{CodedColumns, Column, Columns, unzigzag, zigzag};
 use super::holes::{Candidate, Gate, Holes};
+use super::living::Living;
+use super::path::Path;
+use super::tree::{Chunk, DOWNWARDS, UPWARDS, end_of};
 use crate::error::{Error, Result};
 use crate::spectrum::Triangle;
 
@@ -34,7 +38,7 @@ const OFFSET_FROM_LAST: u64 = 3;
 /// The third vertex is coded by the depth of a gate in the stack.
 const DEPTH: u64 = 4;
 
-/// No vertex, or no entry of a list.
+/// No vertex.
 const NONE: u32 = u32::MAX;
 
 /// Kinds of death flags: by whether all vertices of the candidate are lattice vertices, and whether its dying neighbour has a vertex
@@ -45,63 +49,36 @@ fn kind(candidate: Candidate, vertices: [u32; 3], is_lattice: impl FnMut(u32) ->
     2 * usize::from(vertices.into_iter().all(is_lattice)) + usize::from(candidate.is_near_end)
 }
 
-/// Lists of numbers, one for each rank; the newest number of a rank comes first.
-#[derive(Debug)]
-pub(super) struct ByRank {
-    newest: Vec<u32>,
-    /// By number, the one before it of its rank.
-    before: Vec<u32>,
-}
-
-impl ByRank {
-    pub(super) fn new(n_ranks: usize) -> Self {
-        ByRank { newest: vec![NONE; n_ranks], before: Vec::new() }
-    }
-
-    pub(super) fn push(&mut self, rank: u32, number: u32) {
-        if self.before.len() <= number as usize {
-            self.before.resize(number as usize + 1, NONE);
-        }
-        self.before[number as usize] = std::mem::replace(&mut self.newest[rank as usize], number);
-    }
-
-    pub(super) fn at(&self, rank: u32) -> impl Iterator<Item = u32> + '_ {
-        let some = |number: u32| (number != NONE).then_some(number);
-        std::iter::successors(some(self.newest[rank as usize]), move |&n| {
-            some(self.before[n as usize])
-        })
-    }
-}
-
-/// The triangles to be written, by birth.
+/// The triangles of a chunk to be written, by birth.
+///
+/// Vertices have *local* numbers: those of chunks above their numbers on the path, those of the chunk the next ones, in any order.
 pub(super) struct Input<'a> {
     pub(super) triangles: &'a [Triangle],
-    pub(super) n_vertices: usize,
-    pub(super) n_isovalues: usize,
-    /// The last rank of a vertex.
-    pub(super) last: &'a dyn Fn(u32) -> Option<u32>,
+    pub(super) n_vertices: u32,
+    pub(super) chunk: &'a Chunk,
+    pub(super) above: &'a Path,
+    /// The first and the last rank of a vertex.
+    pub(super) life: &'a dyn Fn(u32) -> Option<(u32, u32)>,
     pub(super) is_lattice: &'a dyn Fn(u32) -> bool,
 }
 
-/// The order of triangles and vertices in a file.
+/// The order of triangles and vertices in a chunk.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FileOrder {
-    /// For each triangle of the file, its number in the spectrum.
+    /// For each triangle of the chunk, its number in the input.
     pub(super) triangles: Vec<u32>,
-    /// For each triangle of the file, its vertices in the numbers of the file, rotated as in the file.
+    /// For each triangle of the chunk, its vertices in the numbers of the path, rotated as in the file.
     pub(super) corners: Vec<[u32; 3]>,
-    /// For each vertex of the file, its number in the spectrum.
+    /// For each vertex of the path up to the chunk, its local number.
     pub(super) vertices: Vec<u32>,
-    /// For each vertex of the file, whether it is a lattice vertex.
-    pub(super) is_lattice: Vec<bool>,
-    /// For each triangle of the file, whether it needs an explicit death.
-    pub(super) has_explicit_death: Vec<bool>,
+    /// By direction and triangle of the chunk, whether it needs an explicit end.
+    pub(super) has_explicit_end: [Vec<bool>; 2],
 }
 
 /// The columns of connectivity in section `TRIA`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Traversal {
-    /// The number of triangles born at each rank.
+    /// The number of triangles born at each rank of the span; at a pivot, all triangles.
     births: Vec<u32>,
     /// For each gate, the code of the third vertex.
     codes: Vec<u8>,
@@ -141,79 +118,122 @@ impl Traversal {
     }
 }
 
-/// Finds the order of a file, and codes the connectivity.
+/// Finds the order of a chunk, and codes the connectivity.
 pub(super) fn traverse(input: &Input) -> (FileOrder, Traversal) {
-    let &Input { triangles, n_vertices, n_isovalues, last, .. } = input;
-    let mut batches = triangles.chunk_by(|t, u| t.birth == u.birth).peekable();
-    let mut first = 0;
-    let mut ends = ByRank::new(n_isovalues);
-    (0..n_vertices as u32).for_each(|v| {
-        last(v).into_iter().for_each(|rank| ends.push(rank, v));
-    });
+    let &Input { n_vertices, chunk, above, .. } = input;
+    let n_above = above.n_vertices();
+    let mut number = vec![NONE; n_vertices as usize];
+    (0..n_above).for_each(|v| number[v as usize] = v);
     let mut writer = Writer {
         input,
-        holes: Holes::new(n_vertices),
-        number: vec![NONE; n_vertices],
-        edges_of: vec![(0, 0); n_vertices],
-        dying: ByRank::new(n_isovalues),
-        order: FileOrder::default(),
-        traversal: Traversal { births: vec![0; n_isovalues], ..Traversal::default() },
+        living: Living::new(n_vertices as usize, &above.triangles, &chunk.span),
+        number,
+        edges_of: vec![(0, 0); n_vertices as usize],
+        order: FileOrder { vertices: (0..n_above).collect(), ..FileOrder::default() },
+        traversal: Traversal::default(),
     };
-    for rank in 0..n_isovalues as u32 {
-        writer.deaths(rank, &ends);
-        if let Some(batch) = batches.next_if(|batch| batch[0].birth == rank) {
-            writer.births(first, batch);
-            first += batch.len() as u32;
-        }
+    match chunk.pivot {
+        Some(pivot) => writer.around_pivot(pivot),
+        None => writer.rank_by_rank(),
     }
-    // Vertices that no triangle uses come last.
-    let Writer { number, mut order, traversal, holes, .. } = writer;
-    order.corners = holes.into_vertices();
-    let unused = (0..n_vertices as u32).filter(|&v| number[v as usize] == NONE);
-    for v in unused {
-        order.vertices.push(v);
-        order.is_lattice.push((input.is_lattice)(v));
-    }
+    let Writer { number, mut order, traversal, living, .. } = writer;
+    order.corners = living.into_vertices();
+    // Vertices that no triangle of the chunk uses come last.
+    order.vertices.extend((n_above..n_vertices).filter(|&v| number[v as usize] == NONE));
     (order, traversal)
 }
 
 struct Writer<'a> {
     input: &'a Input<'a>,
-    holes: Holes,
-    /// By vertex of the spectrum, its number in the file, once it has one.
+    living: Living<'a>,
+    /// By local number of a vertex, its number on the path, once it has one.
     number: Vec<u32>,
-    /// By vertex of the spectrum, the range of the directed edges that start there, among those of triangles born at the current rank.
+    /// By local number of a vertex, the range of the directed edges that start there, among those of triangles born at the current rank.
     edges_of: Vec<(u32, u32)>,
-    /// The triangles of the file that die at each rank.
-    dying: ByRank,
     order: FileOrder,
     traversal: Traversal,
 }
 
 impl Writer<'_> {
+    /// Codes the triangles of a chunk without a pivot.
+    fn rank_by_rank(&mut self) {
+        let Input { triangles, chunk, .. } = self.input;
+        let mut batches = triangles.chunk_by(|t, u| t.birth == u.birth).peekable();
+        let mut first = 0;
+        let ends = self.ends(UPWARDS);
+        let mut explicit = ByRank::new(&chunk.span);
+        if let Some(before) = chunk.span.start.checked_sub(1) {
+            self.living.add_known_at(before);
+        }
+        for rank in chunk.span.clone() {
+            self.deaths(rank, UPWARDS, &ends, &explicit);
+            self.living.add_known_born(rank);
+            let batch = batches.next_if(|batch| batch[0].birth == rank).unwrap_or_default();
+            self.births(first, batch);
+            let numbers = &self.order.triangles[first as usize..];
+            for (&i, number) in numbers.iter().zip(first..) {
+                explicit.push(triangles[i as usize].death, number);
+            }
+            first += batch.len() as u32;
+        }
+    }
+
+    /// Codes the triangles of a chunk, all of which are alive at its pivot: the mesh there, then their deaths upwards and their births
+    /// downwards from it.
+    fn around_pivot(&mut self, pivot: u32) {
+        let Input { triangles, chunk, .. } = self.input;
+        self.living.add_known_at(pivot);
+        self.births(0, triangles);
+        let down = self.living.downwards();
+        for direction in [UPWARDS, DOWNWARDS] {
+            let ends = self.ends(direction);
+            let mut explicit = ByRank::new(&chunk.span);
+            for (&i, number) in self.order.triangles.iter().zip(0..) {
+                explicit.push(end_of(&triangles[i as usize], direction), number);
+            }
+            if direction == DOWNWARDS {
+                self.living = down.clone();
+            }
+            for rank in chunk.ranks_from(pivot, direction) {
+                self.deaths(rank, direction, &ends, &explicit);
+            }
+        }
+    }
+
+    /// The vertices by the rank at which they end in a direction.
+    fn ends(&self, direction: usize) -> ByRank {
+        let mut ends = ByRank::new(&self.input.chunk.span);
+        for v in 0..self.input.n_vertices {
+            if let Some(life) = (self.input.life)(v) {
+                ends.push([life.1, life.0][direction], v);
+            }
+        }
+        ends
+    }
+
     /// Codes the deaths at a rank and opens gates around the holes.
-    fn deaths(&mut self, rank: u32, ends: &ByRank) {
-        let Writer { input, holes, number, dying, order, traversal, .. } = self;
+    fn deaths(&mut self, rank: u32, direction: usize, ends: &ByRank, explicit: &ByRank) {
+        let Writer { input, living, number, order, traversal, .. } = self;
         let numbers = ends.at(rank).map(|v| number[v as usize]);
         let mut ended: Vec<u32> = numbers.filter(|&v| v != NONE).collect();
         ended.sort_unstable();
-        let dies = |holes: &Holes, candidate: Candidate| {
-            let Candidate { triangle, .. } = candidate;
-            let is_lattice = |v: u32| order.is_lattice[v as usize];
-            let kind = kind(candidate, holes.vertices(triangle), is_lattice);
-            let in_spectrum = order.triangles[triangle as usize];
-            let dies = input.triangles[in_spectrum as usize].death == rank;
+        let dies = |i: u32, candidate: Candidate, vertices: [u32; 3]| {
+            let is_lattice = |v: u32| (input.is_lattice)(order.vertices[v as usize]);
+            let kind = kind(candidate, vertices, is_lattice);
+            let triangle = &input.triangles[order.triangles[i as usize] as usize];
+            let dies = end_of(triangle, direction) == rank;
             traversal.death_flags[kind].push(dies);
             Ok::<bool, std::convert::Infallible>(dies)
         };
-        let Ok([found, explicit]) = holes.dying(rank, &ended, dying.at(rank), dies);
-        explicit.iter().for_each(|&t| order.has_explicit_death[t as usize] = true);
-        holes.open_gates(&found);
+        let Ok([_, explicit]) = living.deaths(rank, &ended, explicit.at(rank), dies);
+        let has_explicit_end = &mut order.has_explicit_end[direction];
+        has_explicit_end.resize(order.triangles.len(), false);
+        explicit.iter().for_each(|&t| has_explicit_end[t as usize] = true);
     }
 
-    /// Codes the triangles born at one rank, which in the spectrum start at number `start`.
+    /// Codes triangles that are born together, which in the input start at number `start`.
     fn births(&mut self, start: u32, batch: &[Triangle]) {
-        self.traversal.births[batch[0].birth as usize] = batch.len() as u32;
+        self.traversal.births.push(batch.len() as u32);
         // Sorted by directed edge, then by triangle, to find the triangle at a gate.
         let mut edges = Vec::with_capacity(3 * batch.len());
         for (triangle, at) in batch.iter().zip(0u32..) {
@@ -233,7 +253,7 @@ impl Writer<'_> {
         let mut next = 0;
         let mut left = batch.len();
         while left > 0 {
-            let Some(gate) = self.holes.pop() else {
+            let Some(gate) = self.living.pop() else {
                 while done[next] {
                     next += 1;
                 }
@@ -256,7 +276,7 @@ impl Writer<'_> {
             *n_done = (i - first) as u32;
             let Some(&(_, at)) = edges.get(i).filter(|&&(other, _)| other == edge) else {
                 self.traversal.codes.push(SKIP as u8);
-                self.holes.skip(gate);
+                self.living.skip(gate);
                 continue;
             };
             done[at as usize] = true;
@@ -266,13 +286,13 @@ impl Writer<'_> {
         edges.iter().for_each(|&([from, _], _)| self.edges_of[from as usize] = (0, 0));
     }
 
-    /// Codes triangle `i`, which is at a gate with this edge of the spectrum, by its third vertex.
+    /// Codes triangle `i`, which is at a gate with this edge of the input, by its third vertex.
     fn fill(&mut self, i: u32, gate: Gate, edge: [u32; 2]) {
         let mut corners = self.input.triangles[i as usize].vertices.into_iter();
         let third = corners.find(|v| !edge.contains(v));
         let (c, is_new) = self.number_of(third.expect("triangles have three different vertices"));
-        let code = if is_new { Some(NEW) } else { self.holes.code_of(&gate, c) };
-        let code = code.unwrap_or_else(|| match self.holes.depth_of(c) {
+        let code = if is_new { Some(NEW) } else { self.living.holes().code_of(&gate, c) };
+        let code = code.unwrap_or_else(|| match self.living.holes().depth_of(c) {
             Some(depth) => {
                 self.traversal.depths.push(depth as u8);
                 DEPTH
@@ -280,8 +300,8 @@ impl Writer<'_> {
             None => self.traversal.push_offset(gate.from, c),
         });
         self.traversal.codes.push(code as u8);
-        self.number_triangle(i);
-        self.holes.fill(gate, c);
+        self.order.triangles.push(i);
+        self.living.fill(gate, c);
     }
 
     /// Codes triangle `i` by its three vertices.
@@ -292,26 +312,17 @@ impl Writer<'_> {
             self.traversal.seeds.push(n_before - v);
             v
         });
-        self.number_triangle(i);
-        self.holes.add_seed(vertices);
-    }
-
-    /// Gives triangle `i` of the spectrum the next number of the file.
-    fn number_triangle(&mut self, i: u32) {
-        let number = self.order.triangles.len() as u32;
-        self.dying.push(self.input.triangles[i as usize].death, number);
         self.order.triangles.push(i);
-        self.order.has_explicit_death.push(false);
+        self.living.add_seed(vertices);
     }
 
-    /// The number in the file of a vertex of the spectrum, and whether it is new.
+    /// The number on the path of a vertex of the input, and whether it is new.
     fn number_of(&mut self, v: u32) -> (u32, bool) {
         let number = &mut self.number[v as usize];
         let is_new = *number == NONE;
         if is_new {
             *number = self.order.vertices.len() as u32;
             self.order.vertices.push(v);
-            self.order.is_lattice.push((self.input.is_lattice)(v));
         }
         (*number, is_new)
     }
@@ -354,15 +365,15 @@ pub(super) struct TraversalReader<'a> {
 }
 
 impl<'a> TraversalReader<'a> {
-    /// Takes the columns off the front of a section, for so many ranks.
-    pub(super) fn new(columns: &mut Columns<'a>, n_isovalues: usize) -> Result<Self> {
+    /// Takes the columns off the front of a section, with so many numbers of births.
+    pub(super) fn new(columns: &mut Columns<'a>, n_births: usize) -> Result<Self> {
         let mut next = |bits: u32| ColumnReader::new(columns, bits);
         let (births, codes, offsets) = (next(32)?, next(8)?, next(33)?);
         let (depths, seeds) = (next(8)?, next(32)?);
         let death_flags = [next(1)?, next(1)?, next(1)?, next(1)?];
-        if births.n != n_isovalues {
+        if births.n != n_births {
             let n = births.n;
-            return Err(Error::input(format!("births at {n} ranks, expected {n_isovalues}")));
+            return Err(Error::input(format!("births at {n} ranks, expected {n_births}")));
         }
         Ok(TraversalReader { births, codes, offsets, last: 0, depths, seeds, death_flags })
     }

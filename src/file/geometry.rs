@@ -4,15 +4,16 @@
 //! their statistics differ: those of lattice vertices ([`super::samples`]), first knots of other vertices, and
 //! further knots of these.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::column::{CodedColumns, Column, Columns, Content, zigzag};
-use super::predict::Predictor;
+use super::predict::{Predictor, Surroundings};
 use super::samples::Samples;
 use super::trajectories::Ranks;
 use super::units::Units;
 use crate::error::{Error, Result};
-use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo};
 
 /// Kinds of knots of vertices that are not lattice vertices.
 const FIRST: usize = 0;
@@ -38,56 +39,52 @@ struct PositionColumns {
     positions: [[Vec<u64>; 3]; 2],
 }
 
-/// Writes section `POSN`. Positions must be rounded as by [`Units::rounded`].
+/// Writes section `POSN` of a chunk, whose knots are the last ones of `positions`.
 ///
 /// # Errors
 ///
 /// As [`Predictor::new`].
 pub(super) fn write_geometry(
-    spectrum: &Spectrum,
-    ranks: &Ranks,
+    of: Surroundings,
+    positions: &mut Vec<[i32; 3]>,
+    samples: &Samples,
     units: Units,
 ) -> Result<Content<'static>> {
-    let parts = encode(spectrum, ranks, units)?;
+    let predictor = Predictor::new(of, std::mem::take(positions))?;
+    let vertices: Vec<u32> = (of.n_above..of.ranks.n_vertices()).collect();
+    let parts = vertices.par_chunks(VERTICES_PER_TASK);
+    let parts: Vec<PositionColumns> =
+        parts.map(|part| encode_part(&predictor, samples, units, part)).collect();
     let mut content = CodedColumns::new();
     for k in (0..N_COLUMNS).filter(|&k| k != AXES || units.has_facing()) {
         content.column(parts.iter().flat_map(|part| part.columns()[k].iter().copied()));
     }
+    *positions = predictor.into_positions();
     Ok(content.end())
-}
-
-/// The columns in parts of [`VERTICES_PER_TASK`] vertices.
-fn encode(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Vec<PositionColumns>> {
-    let samples = Samples::new(spectrum.volume(), units);
-    let mut predictor = Predictor::new(ranks, spectrum.isovalues(), spectrum.triangles())?;
-    spectrum.knots().iter().for_each(|knot| predictor.push(units.of(knot)));
-    let all: Vec<u32> = (0..ranks.n_vertices()).collect();
-    let parts = all.par_chunks(VERTICES_PER_TASK);
-    Ok(parts.map(|part| encode_part(spectrum, &predictor, &samples, units, part)).collect())
 }
 
 /// The columns of consecutive vertices, given a predictor that knows all knots.
 fn encode_part(
-    spectrum: &Spectrum,
     predictor: &Predictor,
     samples: &Samples,
     units: Units,
     vertices: &[u32],
 ) -> PositionColumns {
     let mut part = PositionColumns::default();
-    let has_knots = |v: &u32| !spectrum.trajectory(*v).is_empty();
+    let has_knots = |v: &u32| !predictor.trajectory(*v).is_empty();
     let mut last = (0..vertices[0]).rev().find(has_knots);
     for &v in vertices {
-        let knots = spectrum.trajectory(v);
-        let first = spectrum.first_knot()[v as usize] as usize;
-        let lattice_edge = samples.edge_of(knots);
-        let axis = units.facing(knots);
-        if lattice_edge.is_none() && !knots.is_empty() {
+        let (first, positions) = (predictor.first_knot(v), predictor.trajectory(v));
+        let lattice_edge = match positions {
+            &[start, end] => samples.edge_between([start, end]),
+            _ => None,
+        };
+        let axis = units.facing(positions);
+        if lattice_edge.is_none() && !positions.is_empty() {
             part.axes.push(axis as u64);
         }
-        for (i, knot) in knots.iter().enumerate() {
+        for (i, stored) in positions.iter().enumerate() {
             let predicted = predictor.expected(v, first + i, last);
-            let stored = units.of(knot);
             match lattice_edge {
                 Some((start, direction)) if i == 0 => {
                     let nearest = samples.nearest(predicted);
@@ -158,32 +155,32 @@ impl<'a> VectorReader<'a> {
     }
 }
 
-/// The tables that the positions of a file depend on.
-#[derive(Clone, Copy)]
-pub(super) struct Tables<'a> {
-    pub(super) volume: &'a VolumeInfo,
-    pub(super) isovalues: &'a [f64],
-    pub(super) ranks: &'a Ranks,
-    pub(super) triangles: &'a [Triangle],
-}
-
-/// Reads section `POSN` of a file.
-pub(super) fn read_geometry(content: &Content, tables: Tables, units: Units) -> Result<Vec<Knot>> {
-    let Tables { volume, isovalues, ranks, triangles } = tables;
+/// Reads section `POSN` of a chunk in a file, and appends its positions to those of the chunks above.
+///
+/// # Errors
+///
+/// [`Error::Input`]; then `positions` is empty.
+pub(super) fn read_geometry(
+    content: &Content,
+    of: Surroundings,
+    positions: &mut Vec<[i32; 3]>,
+    samples: &Samples,
+    units: Units,
+) -> Result<()> {
+    let ranks = of.ranks;
     let mut columns = content.columns();
-    let (n_lattice, n) = counts(ranks);
+    let vertices = of.n_above..ranks.n_vertices();
+    let (n_lattice, n) = counts(ranks, vertices.clone());
     let mut starts = VectorReader::new(&mut columns, n_lattice)?;
     let directions = columns.column(n_lattice, 3)?;
-    let mut positions =
+    let mut differences =
         [VectorReader::new(&mut columns, n[FIRST])?, VectorReader::new(&mut columns, n[FURTHER])?];
     columns.end()?;
 
-    let samples = Samples::new(volume, units);
-    let mut predictor = Predictor::new(ranks, isovalues, triangles)?;
-    let mut knots = Vec::with_capacity(ranks.ranks.len());
-    for v in 0..ranks.n_vertices() {
+    let mut predictor = Predictor::new(of, std::mem::take(positions))?;
+    for v in vertices {
         let (mut sample, mut direction) = ([0; 3], 0);
-        for (i, &rank) in ranks.of(v).expect("the vertex exists").iter().enumerate() {
+        for i in 0..ranks.of(v).map_or(0, <[u32]>::len) {
             let predicted = predictor.predict(v);
             let position = if ranks.is_lattice(v) {
                 if i == 0 {
@@ -198,7 +195,7 @@ pub(super) fn read_geometry(content: &Content, tables: Tables, units: Units) -> 
                     ))
                 })?
             } else {
-                let x = sum(predicted.map(i64::from), positions[kind(i)].next()?);
+                let x = sum(predicted.map(i64::from), differences[kind(i)].next()?);
                 storable(x, units).ok_or_else(|| {
                     Error::input(format!(
                         "knot {i} of vertex {v} is at {x:?} quanta, which is too far"
@@ -206,16 +203,16 @@ pub(super) fn read_geometry(content: &Content, tables: Tables, units: Units) -> 
                 })?
             };
             predictor.push(position);
-            knots.push(Knot { rank, position: position.map(|x| units.coordinate(x)) });
         }
     }
-    Ok(knots)
+    *positions = predictor.into_positions();
+    Ok(())
 }
 
 /// The number of lattice vertices, and of knots of other vertices by kind.
-fn counts(ranks: &Ranks) -> (usize, [usize; 2]) {
+fn counts(ranks: &Ranks, vertices: Range<u32>) -> (usize, [usize; 2]) {
     let (mut n_lattice, mut n) = (0, [0; 2]);
-    for v in 0..ranks.n_vertices() {
+    for v in vertices {
         let knots = ranks.of(v).map_or(0, <[u32]>::len);
         if ranks.is_lattice(v) {
             n_lattice += 1;

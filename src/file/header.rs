@@ -36,9 +36,10 @@ impl Info<VolumeInfo, Metadata> {
     }
 
     /// The description with the events.
-    pub(super) fn into_about(self, events: Vec<Event>) -> About {
+    pub(super) fn about(&self, events: Vec<Event>) -> About {
         let Info { volume, range, tolerance, parameters, .. } = self;
-        About { parameters, events, ..About::new(volume, range, tolerance) }
+        let parameters = parameters.clone();
+        About { parameters, events, ..About::new(volume.clone(), *range, *tolerance) }
     }
 }
 

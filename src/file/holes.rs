@@ -85,7 +85,7 @@ struct Deaths {
 }
 
 /// All triangles so far, and the open gates.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Holes {
     gates: Vec<Gate>,
     /// The newest gate that starts at each vertex.
@@ -122,13 +122,13 @@ impl Holes {
         self.vertices[triangle as usize]
     }
 
-    /// Finds the triangles that die at a rank: those around the vertices `ended`; then the triangles of `explicit`, whose death is stored; and after
-    /// each of these steps, neighbours of dying triangles for which `dies` returns true. Returns all of them in this order, and the
-    /// triangles of `explicit` that were not found otherwise.
+    /// Finds the triangles that die at a rank: those around the vertices `ended`, and `known` ones; then the triangles of `explicit`, whose death
+    /// is stored; and after each of these steps, neighbours of dying triangles for which `dies` returns true. Returns all of them in this
+    /// order, and the triangles of `explicit` that were not found otherwise.
     pub(super) fn dying<E>(
         &mut self,
         rank: u32,
-        ended: &[u32],
+        [ended, known]: [&[u32]; 2],
         explicit: impl Iterator<Item = u32>,
         mut dies: impl FnMut(&Holes, Candidate) -> Result<bool, E>,
     ) -> Result<[Vec<u32>; 2], E> {
@@ -136,7 +136,11 @@ impl Holes {
         for &v in ended {
             self.kill_around(v, &mut dying);
         }
-        let mut deaths = Deaths { rank, n_at_ends: dying.len(), dying, n_visited: 0 };
+        let n_at_ends = dying.len();
+        for &t in known {
+            self.kill(t, &mut dying);
+        }
+        let mut deaths = Deaths { rank, n_at_ends, dying, n_visited: 0 };
         self.visit_neighbours(&mut deaths, &mut dies)?;
         for t in explicit {
             if self.kill(t, &mut deaths.dying) {
@@ -423,7 +427,7 @@ mod tests {
     fn the_triangles_around_a_vertex_die_with_it_and_leave_one_hole() {
         let mut holes = fans(7, &[(6, &[0, 1, 2, 3, 4, 5])]);
         let [found, explicit] =
-            holes.dying(1, &[6], std::iter::empty(), never).expect("no candidate");
+            holes.dying(1, [&[6], &[]], std::iter::empty(), never).expect("no candidate");
         assert_eq!((found.len(), explicit.len()), (6, 0));
         holes.open_gates(&found);
         // Along the hole, from any of its gates: the five other vertices and back.
@@ -441,7 +445,8 @@ mod tests {
     #[test]
     fn a_filled_hole_has_no_gates_and_its_triangles_are_neighbours() {
         let mut holes = fans(6, &[(5, &[0, 1, 2, 3, 4])]);
-        let [found, _] = holes.dying(1, &[5], std::iter::empty(), never).expect("no candidate");
+        let [found, _] =
+            holes.dying(1, [&[5], &[]], std::iter::empty(), never).expect("no candidate");
         holes.open_gates(&found);
         for _ in 0..3 {
             let gate = holes.pop().expect("a gate");
@@ -455,12 +460,13 @@ mod tests {
             candidates.push(candidate.triangle);
             Ok::<bool, ()>(true)
         };
-        let [found, explicit] = holes.dying(2, &[], std::iter::once(5), dies).expect("answered");
+        let [found, explicit] =
+            holes.dying(2, [&[], &[]], std::iter::once(5), dies).expect("answered");
         assert_eq!((found.len(), explicit.as_slice()), (3, &[5][..]));
         assert_eq!(candidates.len(), 2);
         // Dead triangles are neither found nor candidates again.
         let [found, explicit] =
-            holes.dying(3, &[0, 1], [5, 6].into_iter(), never).expect("no candidate");
+            holes.dying(3, [&[0, 1], &[]], [5, 6].into_iter(), never).expect("no candidate");
         assert!(found.is_empty() && explicit.is_empty());
     }
 
@@ -468,7 +474,8 @@ mod tests {
     fn loops_that_touch_at_a_vertex_are_kept_apart() {
         // Two fans, around 6 and 7, with vertex 0 in common.
         let mut holes = fans(8, &[(6, &[0, 1, 2]), (7, &[0, 3, 4])]);
-        let [found, _] = holes.dying(1, &[6, 7], std::iter::empty(), never).expect("no candidate");
+        let [found, _] =
+            holes.dying(1, [&[6, 7], &[]], std::iter::empty(), never).expect("no candidate");
         holes.open_gates(&found);
         assert_eq!((found.len(), holes.gates.len()), (6, 6));
         for gate in &holes.gates {

@@ -1,18 +1,17 @@
-//! The sections that a spectrum file and a web page have in common.
+//! The sections of a web page: those of a spectrum file with a single chunk.
 
 use super::column::Content;
-use super::geometry::write_geometry;
+use super::encode::{Encoded, encode};
 use super::header::write_info;
 use super::tables;
-use super::trajectories::{Ranks, write_ranks};
-use super::triangles::{self, Arranged};
+use super::tree::Tree;
 use super::units::Units;
 use crate::error::Result;
 use crate::spectrum::Spectrum;
 
-/// Sections of a spectrum, as FORMAT.md describes them, but with positions in any units.
+/// Sections of a spectrum in a single chunk, as FORMAT.md describes them, but with positions in any units.
 pub(crate) struct Parts {
-    /// The spectrum in the order of a file.
+    /// The spectrum in the order of the sections.
     pub(crate) spectrum: Spectrum,
     /// The number that each of its vertices had in the original spectrum.
     pub(crate) order: Vec<u32>,
@@ -29,22 +28,11 @@ impl Parts {
     /// neighbours than a reader accepts, which no mesh has.
     pub(crate) fn new(spectrum: Spectrum, units: Units) -> Result<Parts> {
         spectrum.check()?;
-        let info = write_info(&spectrum)?;
-        let mut arranged = triangles::arranged(spectrum, units);
-        let ranks = Ranks::new(&arranged.spectrum, std::mem::take(&mut arranged.is_lattice));
-        let (triangles, (vertices, positions)) = rayon::join(
-            || triangles::write_triangles(&arranged),
-            || (write_ranks(&ranks), write_geometry(&arranged.spectrum, &ranks, units)),
-        );
-        let Arranged { spectrum, order, .. } = arranged;
-        let isovalues = tables::write_isovalues(spectrum.isovalues());
-        let sections = [
-            Content::Plain(info.into()),
-            Content::Plain(isovalues.into()),
-            vertices,
-            triangles,
-            positions?,
-        ];
-        Ok(Parts { spectrum, order, sections })
+        let tree = Tree::single(spectrum.isovalues().len() as u32);
+        let Encoded { spectrum, order, mut chunks } = encode(spectrum, &tree, units)?;
+        let [vertices, triangles, positions] = chunks.remove(0).sections;
+        let info = Content::Plain(write_info(&spectrum)?.into());
+        let isovalues = Content::Plain(tables::write_isovalues(spectrum.isovalues()).into());
+        Ok(Parts { spectrum, order, sections: [info, isovalues, vertices, triangles, positions] })
     }
 }

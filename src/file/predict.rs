@@ -23,14 +23,31 @@ use crate::spectrum::Triangle;
 const LOOKUPS_PER_KNOT: usize = 64;
 const FREE_LOOKUPS: usize = 1 << 20;
 
-/// Predicts knot after knot, in the order of the file.
+/// A chunk, and the path to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings<'a> {
+    /// Of all vertices of the path up to the chunk.
+    pub(super) ranks: &'a Ranks,
+    pub(super) isovalues: &'a [f64],
+    /// The triangles of the chunk.
+    pub(super) triangles: &'a [Triangle],
+    /// Vertices of the chunks above.
+    pub(super) n_above: u32,
+    pub(super) pivot: Option<u32>,
+    /// Chunks of the file.
+    pub(super) n_chunks: usize,
+}
+
+/// Predicts knot after knot of a chunk, in the order of the file.
 #[derive(Debug)]
 pub(super) struct Predictor<'a> {
     ranks: &'a Ranks,
     isovalues: &'a [f64],
-    /// Start of each vertex's neighbours in `neighbours`, and the end.
+    n_above: u32,
+    /// Start of the neighbours of each vertex of the chunk in `neighbours`, and the end.
     first_neighbour: Vec<u32>,
     neighbours: Vec<Neighbour>,
+    /// Of the knots of the path.
     positions: Vec<[i32; 3]>,
     /// The vertex that had knots last.
     last_vertex: Option<u32>,
@@ -47,37 +64,51 @@ struct Neighbour {
 type Vector = [i64; 3];
 
 impl<'a> Predictor<'a> {
-    /// A predictor that knows no knot yet. Lifetimes of triangles must be within the trajectories.
+    /// A predictor that knows the positions of the knots of the chunks above. Lifetimes of triangles must be within the trajectories.
     ///
     /// # Errors
     ///
     /// [`Error::Input`] if there are more look-ups of neighbours than any mesh needs.
-    pub(super) fn new(
-        ranks: &'a Ranks,
-        isovalues: &'a [f64],
-        triangles: &[Triangle],
-    ) -> Result<Self> {
-        let (first_neighbour, neighbours) = lower_neighbours(ranks, triangles);
-        let lookups = first_neighbour.windows(2).zip(0..).map(|(range, v)| {
+    pub(super) fn new(of: Surroundings<'a>, positions: Vec<[i32; 3]>) -> Result<Self> {
+        let Surroundings { ranks, isovalues, n_above, n_chunks, .. } = of;
+        let (first_neighbour, neighbours) = lower_neighbours(of);
+        let lookups = first_neighbour.windows(2).zip(n_above..).map(|(range, v)| {
             let n_knots = ranks.of(v).map_or(0, <[u32]>::len);
             (range[1] - range[0]) as usize * n_knots
         });
         let lookups = lookups.sum::<usize>();
-        let max = FREE_LOOKUPS + LOOKUPS_PER_KNOT * ranks.ranks.len();
+        let n_knots = ranks.ranks.len() - ranks.first_knot[n_above as usize] as usize;
+        let max = FREE_LOOKUPS / n_chunks + LOOKUPS_PER_KNOT * n_knots;
         if lookups > max {
             return Err(Error::input(format!(
-                "{lookups} neighbours of all knots, expected at most {max} for {} knots",
-                ranks.ranks.len()
+                "{lookups} neighbours of all knots, expected at most {max} for {n_knots} knots"
             )));
         }
+        let last_vertex = n_above.checked_sub(1);
         Ok(Predictor {
             ranks,
             isovalues,
+            n_above,
             first_neighbour,
             neighbours,
-            positions: Vec::with_capacity(ranks.ranks.len()),
-            last_vertex: None,
+            positions,
+            last_vertex: last_vertex.filter(|&v| ranks.life(v).is_some()),
         })
+    }
+
+    /// The number of the first knot of a vertex.
+    pub(super) fn first_knot(&self, v: u32) -> usize {
+        self.ranks.first_knot[v as usize] as usize
+    }
+
+    /// The positions of a vertex whose knots are known.
+    pub(super) fn trajectory(&self, v: u32) -> &[[i32; 3]] {
+        &self.positions[self.first_knot(v)..self.first_knot(v + 1)]
+    }
+
+    /// The positions of all knots so far.
+    pub(super) fn into_positions(self) -> Vec<[i32; 3]> {
+        self.positions
     }
 
     /// Appends the position of the next knot.
@@ -96,7 +127,8 @@ impl<'a> Predictor<'a> {
     /// The predicted position of a knot of vertex `v`, given those before it. `last` is the last vertex before `v` that has knots.
     pub(super) fn expected(&self, v: u32, knot: usize, last: Option<u32>) -> [i32; 3] {
         let rank = self.ranks.ranks[knot];
-        let range = self.first_neighbour[v as usize]..self.first_neighbour[v as usize + 1];
+        let at = (v - self.n_above) as usize;
+        let range = self.first_neighbour[at]..self.first_neighbour[at + 1];
         let neighbours = &self.neighbours[range.start as usize..range.end as usize];
         let predicted = if knot == self.ranks.first_knot[v as usize] as usize {
             if neighbours.is_empty() {
@@ -147,15 +179,19 @@ impl<'a> Predictor<'a> {
     }
 }
 
-/// For each vertex, the lower-numbered vertices of the triangles born with it, by number.
-fn lower_neighbours(ranks: &Ranks, triangles: &[Triangle]) -> (Vec<u32>, Vec<Neighbour>) {
-    let birth = |v: u32| ranks.of(v).and_then(<[u32]>::first).copied();
+/// For each vertex of a chunk, the lower-numbered vertices of the triangles born with it (of all triangles, if the chunk has a pivot), by number.
+fn lower_neighbours(of: Surroundings) -> (Vec<u32>, Vec<Neighbour>) {
+    let Surroundings { ranks, triangles, n_above, pivot, .. } = of;
+    // The largest vertex is counted from the first one of the chunk.
     let sorted = |triangle: &Triangle| {
         let mut vertices = triangle.vertices;
         vertices.sort_unstable();
-        (birth(vertices[2]) == Some(triangle.birth)).then_some(vertices)
+        let [a, b, v] = vertices;
+        let is_first = || ranks.life(v).is_some_and(|(first, _)| first == triangle.birth);
+        let at = v.checked_sub(n_above)?;
+        (pivot.is_some() || is_first()).then_some([a, b, at])
     };
-    let mut first = vec![0u32; ranks.n_vertices() as usize + 1];
+    let mut first = vec![0u32; (ranks.n_vertices() - n_above) as usize + 1];
     for [_, _, v] in triangles.iter().filter_map(sorted) {
         first[v as usize + 1] += 2;
     }
@@ -205,7 +241,7 @@ mod tests {
 
     /// `n_others` vertices with knots at the first and last rank, and one with a knot at each of `n_ranks`.
     fn ranks(n_others: u32, n_ranks: u32) -> Ranks {
-        let mut ranks = Ranks { first_knot: vec![0], ..Ranks::default() };
+        let mut ranks = Ranks::default();
         for _ in 0..n_others {
             ranks.ranks.extend([0, n_ranks - 1]);
             ranks.first_knot.push(ranks.ranks.len() as u32);
@@ -213,6 +249,14 @@ mod tests {
         ranks.ranks.extend(0..n_ranks);
         ranks.first_knot.push(ranks.ranks.len() as u32);
         ranks
+    }
+
+    fn whole<'a>(
+        ranks: &'a Ranks,
+        isovalues: &'a [f64],
+        triangles: &'a [Triangle],
+    ) -> Surroundings<'a> {
+        Surroundings { ranks, isovalues, triangles, n_above: 0, pivot: None, n_chunks: 1 }
     }
 
     fn triangle(vertices: [u32; 3]) -> Triangle {
@@ -224,7 +268,8 @@ mod tests {
         let ranks = ranks(3, 4);
         let isovalues = [0.0, 1.0, 2.0, 3.0];
         let triangles = [[0, 1, 3], [3, 1, 0], [1, 3, 2], [0, 3, 1]].map(triangle);
-        let mut predictor = Predictor::new(&ranks, &isovalues, &triangles).expect("few neighbours");
+        let of = whole(&ranks, &isovalues, &triangles);
+        let mut predictor = Predictor::new(of, Vec::new()).expect("few neighbours");
         let counted: Vec<_> = predictor.neighbours.iter().map(|u| (u.vertex, u.times)).collect();
         assert_eq!(counted, [(0, 3), (1, 4), (2, 1)]);
         assert_eq!(predictor.first_neighbour, [0, 0, 0, 0, 3]);
@@ -241,7 +286,8 @@ mod tests {
         let isovalues: Vec<f64> = (0..4096).map(f64::from).collect();
         let lookups = |n_others: u32, triangles: &[Triangle]| {
             let ranks = ranks(n_others, 4096);
-            Predictor::new(&ranks, &isovalues, triangles).map(|p| p.neighbours.len() * 4096)
+            let of = whole(&ranks, &isovalues, triangles);
+            Predictor::new(of, Vec::new()).map(|p| p.neighbours.len() * 4096)
         };
         // The same two neighbours, whatever the number of triangles.
         let again = vec![triangle([0, 1, 2]); 100_000];

@@ -59,14 +59,14 @@ pub(super) struct IntervalReader<'a> {
 
 impl<'a> IntervalReader<'a> {
     /// Takes the columns of `n` intervals off the front of a section, of a table of `n_isovalues` ranks.
-    pub(super) fn new(columns: &mut Columns<'a>, n: usize, n_isovalues: usize) -> Result<Self> {
+    pub(super) fn new(columns: &mut Columns<'a>, n: usize, n_isovalues: u32) -> Result<Self> {
         let n_ends = columns.count()?;
         let steps = columns.column(n_ends, 32)?;
         let mut rank = 0;
         let frequent_ends = collected(n_ends, |i| {
             let step = steps.get(i)?;
             rank += step;
-            if i > 0 && step == 0 || rank >= n_isovalues as u64 {
+            if i > 0 && step == 0 || rank >= n_isovalues.into() {
                 return Err(Error::input(format!(
                     "frequent end {i} at rank {rank}, expected increasing ranks below {n_isovalues}"
                 )));

@@ -1,22 +1,23 @@
-//! The spectrum file as a whole: its sections in order.
+//! Reads and writes spectrum files, as a whole or as far as some isovalues need.
 
-use std::path::Path;
+use std::fs::File;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
 
 use super::column::Content;
-use super::geometry::{self, Tables};
-use super::header::{MAX_INFO, after_header, header, in_section, read_info};
-use super::parts::Parts;
-use super::section::{Packing, Section, split_section, trailing_bytes, write_section};
+use super::container::{FileTables, TableContents, assembled};
+use super::decode::Decoder;
+use super::encode::{Encoded, encode};
+use super::header::write_info;
+use super::samples::Samples;
+use super::source::{Seeking, Source};
+use super::tables;
+use super::tree::Tree;
 use super::units::Units;
-use super::{tables, trajectories, triangles};
 use crate::atomic_file::write_atomically;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{Patch, Size, Spectrum};
-
-/// The number of vertices without a triangle is at most this plus the stored bytes of section `VERT`. Without a limit a small
-/// file could have millions of them.
-const FREE_UNUSED_VERTICES: usize = 4096;
+use crate::spectrum::{About, Patch, Size, Spectrum};
 
 /// Writes a spectrum to `path`: to a temporary file in the same folder, which is then renamed.
 ///
@@ -35,8 +36,7 @@ pub fn write(spectrum: &Spectrum, path: impl AsRef<Path>) -> Result<()> {
 /// [`Error::Io`]; [`Error::Input`] if it is not a spectrum file, is damaged, or does not pass
 /// [`Spectrum::check`].
 pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
-    let path = path.as_ref();
-    from_bytes(&input::read(path)?).map_err(|e| e.of_file(path))
+    SpectrumFile::open(path)?.read()
 }
 
 /// The spectrum with vertices and triangles in the order of a file. Writing and reading a spectrum changes nothing but this order and
@@ -46,9 +46,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn in_file_order(spectrum: &Spectrum) -> Result<Spectrum> {
-    spectrum.check()?;
-    let units = Units::of_file(spectrum.tolerance());
-    Ok(triangles::arranged(spectrum.clone(), units).spectrum)
+    encoded(spectrum.clone()).map(|(_, encoded)| encoded.spectrum)
 }
 
 /// The bytes of the file of a spectrum. [`from_bytes`] returns the spectrum as changed by
@@ -79,36 +77,24 @@ pub struct Written {
 ///
 /// As [`to_bytes`].
 pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
-    let units = Units::of_file(spectrum.tolerance());
-    let Parts { spectrum, order, sections } = Parts::new(spectrum, units)?;
-    let [info, isovalues, ranks, triangles, positions] = sections;
-    if info.bytes().len() > MAX_INFO {
-        return Err(Error::input(format!(
-            "the description of the spectrum takes {} bytes, expected at most {MAX_INFO}",
-            info.bytes().len()
-        )));
-    }
-    let mut file = header();
-    write_section(&mut file, *b"INFO", &info, Packing::Raw, 0);
-    for (tag, content) in [
-        (*b"EVNT", Content::Plain(tables::write_events(spectrum.events()).into())),
-        (*b"ISOV", isovalues),
-        (*b"VERT", ranks),
-        (*b"TRIA", triangles),
-        (*b"POSN", positions),
-        (*b"COLL", Content::Plain(tables::write_collapses(spectrum.collapses()).into())),
-    ] {
-        // A reader refuses more vertices without a triangle than the section has bytes.
-        let min = if tag == *b"VERT" { n_unused(&spectrum) } else { 0 };
-        write_section(&mut file, tag, &content, Packing::Deflated, min);
-    }
-    Ok(Written { bytes: file, spectrum, order })
+    let (tree, Encoded { spectrum, order, chunks }) = encoded(spectrum)?;
+    let tables = TableContents {
+        info: Content::Plain(write_info(&spectrum)?.into()),
+        events: Content::Plain(tables::write_events(spectrum.events()).into()),
+        isovalues: Content::Plain(tables::write_isovalues(spectrum.isovalues()).into()),
+        collapses: Content::Plain(tables::write_collapses(spectrum.collapses()).into()),
+    };
+    // A reader refuses more vertices without a triangle than the section has bytes.
+    let chunks = chunks.into_iter().map(|chunk| (chunk.sections, chunk.size, chunk.n_unused));
+    Ok(Written { bytes: assembled(&tables, &tree, chunks.collect())?, spectrum, order })
 }
 
-/// The number of vertices without a triangle in a spectrum in the order of a file, where they are the last ones.
-fn n_unused(spectrum: &Spectrum) -> usize {
-    let corners = spectrum.triangles().iter().flat_map(|triangle| triangle.vertices);
-    spectrum.n_vertices() - corners.max().map_or(0, |last| last as usize + 1)
+fn encoded(spectrum: Spectrum) -> Result<(Tree, Encoded)> {
+    spectrum.check()?;
+    let units = Units::of_file(spectrum.tolerance());
+    let tree = Tree::of(spectrum.triangles(), spectrum.isovalues().len() as u32);
+    let encoded = encode(spectrum, &tree, units)?;
+    Ok((tree, encoded))
 }
 
 /// The spectrum in the bytes of a file.
@@ -118,40 +104,42 @@ fn n_unused(spectrum: &Spectrum) -> usize {
 /// [`Error::Input`] if they are not a spectrum file, are damaged, or the spectrum does not pass
 /// [`Spectrum::check`].
 pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
-    let sections = Sections::split(after_header(bytes)?)?;
-    let info = read_info(&sections.info)?;
-    let events = tables::read_events(&sections.events.content()?).map_err(in_section("EVNT"))?;
-    let isovalues =
-        tables::read_isovalues(&sections.isovalues.content()?).map_err(in_section("ISOV"))?;
-    let max_unused = sections.max_unused()?;
-    let content = sections.ranks.content()?;
-    let n_isovalues = isovalues.len();
-    let ranks =
-        trajectories::read_ranks(&content, n_isovalues, max_unused).map_err(in_section("VERT"))?;
-    drop(content);
-    let content = sections.triangles.content()?;
-    let triangles = triangles::read_triangles(&content, &ranks, n_isovalues, max_unused)
-        .map_err(in_section("TRIA"))?;
-    drop(content);
-    let content = sections.positions.content()?;
-    let units = Units::of_file(info.tolerance);
-    let tables = Tables {
-        volume: info.volume(),
-        isovalues: &isovalues,
-        ranks: &ranks,
-        triangles: &triangles,
-    };
-    let knots = geometry::read_geometry(&content, tables, units).map_err(in_section("POSN"))?;
-    drop(content);
-    let collapses =
-        tables::read_collapses(&sections.collapses.content()?).map_err(in_section("COLL"))?;
+    let tables = FileTables::read(&bytes)?;
+    whole(tables, &bytes)
+}
+
+/// The whole spectrum.
+fn whole(tables: FileTables, source: &dyn Source) -> Result<Spectrum> {
+    let last = tables.isovalues.len() as u32;
+    let mut patch = patch(&tables, source, 0..=last)?;
+    let FileTables { info, events, collapses, .. } = tables;
+    patch.collapses = collapses;
     let size = info.size;
-    let about = info.into_about(events);
-    let first_knot = ranks.first_knot;
-    let spectrum =
-        Spectrum::new(about, Patch { isovalues, first_knot, knots, triangles, collapses })?;
+    let spectrum = Spectrum::new(info.about(events), patch)?;
     check_size(&size, &Size::of(&spectrum))?;
     Ok(spectrum)
+}
+
+/// The vertices and triangles of the chunks that some ranks need.
+fn patch(tables: &FileTables, source: &dyn Source, ranks: RangeInclusive<u32>) -> Result<Patch> {
+    let units = Units::of_file(tables.info.tolerance);
+    let bytes = |i: usize| {
+        let place = &tables.places[i];
+        let bytes = source.bytes(place.start, place.end - place.start)?;
+        if crc32fast::hash(&bytes) != tables.sizes[i].crc {
+            return Err(Error::input("damaged: its checksum is wrong"));
+        }
+        Ok(bytes)
+    };
+    let decoder = Decoder {
+        tree: &tables.tree,
+        sizes: &tables.sizes,
+        isovalues: &tables.isovalues,
+        samples: Samples::new(tables.info.volume(), units),
+        units,
+        bytes: &bytes,
+    };
+    decoder.patch(ranks)
 }
 
 /// Checks that the declared size is that of the content.
@@ -165,51 +153,107 @@ fn check_size(declared: &Size, found: &Size) -> Result<()> {
     }
 }
 
-/// The sections of a file, not unpacked.
-struct Sections<'a> {
-    info: Section<'a>,
-    events: Section<'a>,
-    isovalues: Section<'a>,
-    ranks: Section<'a>,
-    triangles: Section<'a>,
-    positions: Section<'a>,
-    collapses: Section<'a>,
+/// An open spectrum file, of which only what is needed is read: a mesh needs some of the chunks.
+///
+/// ```no_run
+/// use isospectrum::file::SpectrumFile;
+///
+/// let file = SpectrumFile::open("scan.isp")?;
+/// let mesh = file.read_around(&[120.0])?.mesh_at(120.0)?;
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
+pub struct SpectrumFile {
+    path: PathBuf,
+    source: Seeking<File>,
+    tables: FileTables,
+    /// The spectrum without triangles.
+    description: Spectrum,
 }
 
-impl<'a> Sections<'a> {
-    /// Splits the bytes after the header of a file.
-    fn split(mut rest: &'a [u8]) -> Result<Self> {
-        let mut next = |tag: &[u8; 4]| split_section(&mut rest, *tag);
-        let (info, events, isovalues) = (next(b"INFO")?, next(b"EVNT")?, next(b"ISOV")?);
-        let (ranks, triangles, positions) = (next(b"VERT")?, next(b"TRIA")?, next(b"POSN")?);
-        let collapses = next(b"COLL")?;
-        for (section, is_coded) in [
-            (info, false),
-            (events, false),
-            (isovalues, false),
-            (ranks, true),
-            (triangles, true),
-            (positions, true),
-            (collapses, false),
-        ] {
-            section.check_coded(is_coded)?;
-        }
-        if !rest.is_empty() {
-            return Err(trailing_bytes(rest.len() as u64));
-        }
-        Ok(Sections { info, events, isovalues, ranks, triangles, positions, collapses })
+impl std::fmt::Debug for SpectrumFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SpectrumFile").field("path", &self.path).finish_non_exhaustive()
+    }
+}
+
+impl SpectrumFile {
+    /// Opens a file and reads its tables. It may be from an untrusted source.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`]; [`Error::Input`] if it is not a spectrum file, or its tables are damaged.
+    pub fn open(path: impl AsRef<Path>) -> Result<SpectrumFile> {
+        let path = path.as_ref();
+        let (file, n_bytes) = input::open(path)?;
+        let source = Seeking::new(file, n_bytes);
+        let opened = || {
+            let tables = FileTables::read(&source)?;
+            let description = Spectrum::new(about(&tables), Patch::empty())?;
+            Ok((tables, description))
+        };
+        let (tables, description) = opened().map_err(|e: Error| e.of_file(path))?;
+        Ok(SpectrumFile { path: path.to_owned(), source, tables, description })
     }
 
-    /// The most vertices without a triangle. Each of the others takes a number of `TRIA` where it is used
-    /// first, so a file with too many vertices is refused before they are unpacked.
-    fn max_unused(&self) -> Result<usize> {
-        let max = self.ranks.n_stored().saturating_add(FREE_UNUSED_VERTICES);
-        let n = self.ranks.first_count().unwrap_or(0);
-        if n > max.saturating_add(self.triangles.n_content()) as u64 {
-            return Err(Error::input(format!(
-                "section VERT: {n} vertices, expected no more than sections VERT and TRIA have room for"
-            )));
-        }
-        Ok(max)
+    /// The path of the file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
+
+    /// The description of the spectrum, its range and its events; without isovalues, vertices and triangles.
+    pub fn description(&self) -> &Spectrum {
+        &self.description
+    }
+
+    /// The size of the whole spectrum.
+    pub fn size(&self) -> Size {
+        self.tables.info.size
+    }
+
+    /// Bytes of the file.
+    pub fn n_bytes(&self) -> u64 {
+        self.source.n_bytes()
+    }
+
+    /// The whole spectrum.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] if a chunk is damaged or the spectrum does not pass [`Spectrum::check`].
+    pub fn read(self) -> Result<Spectrum> {
+        whole(self.tables, &self.source).map_err(|e| e.of_file(&self.path))
+    }
+
+    /// The spectrum with all triangles that are alive at some isovalues, or between them. Its range is that of the whole, but its meshes
+    /// elsewhere are incomplete, and it has no collapses. Vertices and triangles are in the order of the whole.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] if one of the chunks is damaged, or they do not pass [`Spectrum::check`].
+    pub fn read_around(&self, isovalues: &[f64]) -> Result<Spectrum> {
+        let ranks = self.ranks_of(isovalues);
+        let read = || Spectrum::new(about(&self.tables), patch(&self.tables, &self.source, ranks)?);
+        read().map_err(|e| e.of_file(&self.path))
+    }
+
+    /// The triangles and the bytes of the chunks that [`SpectrumFile::read_around`] reads.
+    pub fn needed_around(&self, isovalues: &[f64]) -> (u64, u64) {
+        let chunks = self.tables.tree.at(self.ranks_of(isovalues));
+        chunks.fold((0, 0), |(triangles, bytes), i| {
+            let size = self.tables.sizes[i];
+            (triangles + size.triangles, bytes + size.bytes)
+        })
+    }
+
+    /// The ranks of isovalues and those between them.
+    fn ranks_of(&self, isovalues: &[f64]) -> RangeInclusive<u32> {
+        let below = |c: f64| self.tables.isovalues.partition_point(|&x| x <= c);
+        let ranks = isovalues.iter().map(|&c| below(c).saturating_sub(1) as u32);
+        ranks.clone().min().unwrap_or(0)..=ranks.max().unwrap_or(0)
+    }
+}
+
+/// All but the geometry.
+fn about(tables: &FileTables) -> About {
+    tables.info.about(tables.events.clone())
 }

@@ -1,288 +1,323 @@
-//! Section `TRIA`: triangles and lifetimes.
+//! Section `TRIA` of a chunk: triangles and lifetimes.
 //!
 //! The lifetime of a triangle is within the trajectories of its vertices; the reader refuses others.
 //! [`super::connectivity`] codes vertices and births, and most deaths. The other deaths are explicit: a rank interval from
-//! the birth ([`super::rank_intervals`]), or the same rank as the last explicit death.
+//! the birth ([`super::rank_intervals`]), or the same rank as the last explicit death. In a chunk with a pivot deaths are coded upwards from
+//! there, and births in the same way downwards.
 
-use rayon::prelude::*;
-
-use super::column::{CodedColumns, Content};
-use super::connectivity::{ByRank, FileOrder, Input, Traversal, TraversalReader, traverse};
-use super::holes::{Candidate, Holes, MAX_TRIANGLES};
+use super::by_rank::ByRank;
+use super::column::{CodedColumns, Column, Columns, Content};
+use super::connectivity::{FileOrder, Traversal, TraversalReader};
+use super::holes::{Candidate, MAX_TRIANGLES};
+use super::living::Living;
+use super::path::Path;
 use super::rank_intervals::{IntervalReader, write_intervals};
-use super::samples::Samples;
 use super::trajectories::{Ranks, too_many_unused};
-use super::units::Units;
+use super::tree::{Chunk, DOWNWARDS, UPWARDS};
 use crate::error::{Error, Result};
-use crate::spectrum::{Collapse, Patch, Spectrum, Triangle};
+use crate::spectrum::Triangle;
 
-/// How the death of a triangle is stored: by death flags; equal to the last explicit one; by a rank interval.
+/// How the end of a triangle is stored: by death flags; equal to the last explicit one; by a rank interval.
 const BY_FLAGS: u64 = 0;
 const AS_BEFORE: u64 = 1;
 const BY_INTERVAL: u64 = 2;
-/// Added to these for caps.
+/// Added to the kind of death for caps.
 const CAP: u64 = 3;
 
-/// A spectrum in the order of the file.
-pub(super) struct Arranged {
-    pub(super) spectrum: Spectrum,
-    traversal: Traversal,
-    /// By triangle, whether it needs an explicit death.
-    has_explicit_death: Vec<bool>,
-    /// By vertex, whether it is a lattice vertex.
-    pub(super) is_lattice: Vec<bool>,
-    /// By vertex, its number in the original spectrum.
-    pub(super) order: Vec<u32>,
-}
-
-/// Puts a spectrum into the order of the file, given the units of its positions. To save memory, each array of
-/// the original is dropped as soon as it has been copied.
-pub(super) fn arranged(spectrum: Spectrum, units: Units) -> Arranged {
-    let n_vertices = spectrum.n_vertices();
-    let samples = Samples::new(spectrum.volume(), units);
-    let (about, patch) = spectrum.into_parts();
-    let Patch { isovalues, first_knot, knots, mut triangles, collapses } = patch;
-    let trajectory = |v: u32| {
-        let [from, to] = [v as usize, v as usize + 1].map(|v| first_knot[v] as usize);
-        &knots[from..to]
-    };
-    let lattice: Vec<bool> = (0..n_vertices as u32)
-        .into_par_iter()
-        .map(|v| samples.edge_of(trajectory(v)).is_some())
-        .collect();
-    triangles.par_sort_by_key(|t| t.birth);
-    let (order, traversal) = traverse(&Input {
-        triangles: &triangles,
-        n_vertices,
-        n_isovalues: isovalues.len(),
-        last: &|v| Some(trajectory(v).last()?.rank),
-        is_lattice: &|v| lattice[v as usize],
-    });
-    let FileOrder { triangles: numbers, corners, vertices: order, is_lattice, has_explicit_death } =
-        order;
-    let old = triangles;
-    let triangles = numbers.into_par_iter().zip(corners);
-    let triangles = triangles.map(|(i, vertices)| Triangle { vertices, ..old[i as usize] });
-    let triangles = triangles.collect();
-    drop(old);
-    let mut number = vec![0; n_vertices];
-    let mut new_first = Vec::with_capacity(n_vertices + 1);
-    new_first.push(0);
-    let mut new_knots = Vec::with_capacity(knots.len());
-    for (&v, new) in order.iter().zip(0..) {
-        number[v as usize] = new;
-        let [from, to] = [v as usize, v as usize + 1].map(|v| first_knot[v] as usize);
-        new_knots.extend_from_slice(&knots[from..to]);
-        new_first.push(new_knots.len() as u32);
+/// The rank interval to the end of a triangle in a direction from its birth or the pivot, `from`, in a table of `n_isovalues` ranks. Downwards ranks
+/// count from the last one, and the interval ends after the birth, so it is not empty.
+fn interval(from: u32, triangle: &Triangle, direction: usize, n_isovalues: u32) -> (u32, u32) {
+    match direction {
+        UPWARDS => (from, triangle.death),
+        _ => (n_isovalues - 1 - from, n_isovalues - triangle.birth),
     }
-    drop((knots, first_knot));
-    let collapses = collapses.iter().map(|c| Collapse {
-        vertex: number[c.vertex as usize],
-        target: number[c.target as usize],
-        ..*c
-    });
-    let collapses = collapses.collect();
-    let (first_knot, knots) = (new_first, new_knots);
-    let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
-    let spectrum = Spectrum::unchecked(about, patch);
-    Arranged { spectrum, traversal, has_explicit_death, is_lattice, order }
 }
 
-/// Writes section `TRIA`.
-pub(super) fn write_triangles(arranged: &Arranged) -> Content<'static> {
-    let Arranged { spectrum, traversal, has_explicit_death, .. } = arranged;
+/// Writes section `TRIA` of a chunk with these triangles.
+pub(super) fn write_triangles(
+    triangles: &[Triangle],
+    (order, traversal): (&FileOrder, &Traversal),
+    pivot: Option<u32>,
+    n_isovalues: u32,
+) -> Content<'static> {
     let mut columns = CodedColumns::new();
     traversal.write(&mut columns);
-    let mut before = 0;
-    let mut intervals = Vec::new();
-    let mut kinds: Vec<u8> = Vec::with_capacity(has_explicit_death.len());
-    for (t, &is_explicit) in spectrum.triangles().iter().zip(has_explicit_death) {
-        let death = match is_explicit {
-            false => BY_FLAGS,
-            true if std::mem::replace(&mut before, t.death) == t.death => AS_BEFORE,
-            true => {
-                intervals.push((t.birth, t.death));
-                BY_INTERVAL
-            }
-        };
-        kinds.push((death + CAP * u64::from(t.cap)) as u8);
+    for &direction in directions(pivot) {
+        let mut before = 0;
+        let mut intervals = Vec::new();
+        let mut kinds: Vec<u8> = Vec::with_capacity(triangles.len());
+        for (t, &is_explicit) in triangles.iter().zip(&order.has_explicit_end[direction]) {
+            let (from, end) = interval(pivot.unwrap_or(t.birth), t, direction, n_isovalues);
+            let kind = match is_explicit {
+                false => BY_FLAGS,
+                true if std::mem::replace(&mut before, end) == end => AS_BEFORE,
+                true => {
+                    intervals.push((from, end));
+                    BY_INTERVAL
+                }
+            };
+            let is_cap = t.cap && direction == UPWARDS;
+            kinds.push((kind + CAP * u64::from(is_cap)) as u8);
+        }
+        columns.column(kinds.iter().map(|&kind| kind.into()));
+        write_intervals(&mut columns, &intervals);
     }
-    columns.column(kinds.iter().map(|&kind| kind.into()));
-    write_intervals(&mut columns, &intervals);
     columns.end()
 }
 
-/// Reads section `TRIA`. At most `max_unused` vertices may be in none of its triangles.
-pub(super) fn read_triangles(
-    content: &Content,
-    ranks: &Ranks,
-    n_isovalues: usize,
-    max_unused: usize,
-) -> Result<Vec<Triangle>> {
-    let mut columns = content.columns();
-    let traversal = TraversalReader::new(&mut columns, n_isovalues)?;
-    let n = traversal.n_triangles()?;
-    if n > MAX_TRIANGLES {
-        return Err(Error::input(format!("{n} triangles, expected at most {MAX_TRIANGLES}")));
-    }
-    let kinds = columns.column(n, 3)?;
-    let mut n_intervals = 0;
-    for i in 0..n {
-        n_intervals += usize::from(kinds.get(i)? % CAP == BY_INTERVAL);
-    }
-    let mut intervals = IntervalReader::new(&mut columns, n_intervals, n_isovalues)?;
-    columns.end()?;
-    let mut before = 0;
-    let mut attributes = |i: usize, birth: u32| {
-        let kind = kinds.get(i)?;
-        let death = match kind % CAP {
-            BY_FLAGS => None,
-            AS_BEFORE => Some(before),
-            _ => {
-                before = intervals.next(birth)?;
-                Some(before)
-            }
-        };
-        Ok((death, kind >= CAP))
-    };
-    let reader = Reader::new(ranks, n_isovalues, n);
-    let (triangles, n_used) = reader.read(traversal, n_isovalues, &mut attributes)?;
-    intervals.end()?;
-    let n_unused = (ranks.n_vertices() - n_used) as usize;
-    if n_unused > max_unused { Err(too_many_unused(n_unused, max_unused)) } else { Ok(triangles) }
+/// The directions in which the triangles of a chunk end.
+fn directions(pivot: Option<u32>) -> &'static [usize] {
+    if pivot.is_some() { &[UPWARDS, DOWNWARDS] } else { &[UPWARDS] }
 }
 
-/// Reads triangles rank by rank.
+/// The chunk whose triangles are read.
+#[derive(Clone, Copy)]
+pub(super) struct ChunkTables<'a> {
+    pub(super) chunk: &'a Chunk,
+    /// The path to it. Its ranks are those of the vertices of the chunk, too.
+    pub(super) path: &'a Path,
+    /// Vertices of the chunks above.
+    pub(super) n_above: u32,
+    pub(super) n_isovalues: u32,
+    /// Most vertices of the chunk that may be in none of its triangles.
+    pub(super) max_unused: usize,
+}
+
+/// Reads section `TRIA` of a chunk. Vertices have their numbers on the path.
+pub(super) fn read_triangles(content: &Content, tables: ChunkTables) -> Result<Vec<Triangle>> {
+    let ChunkTables { chunk, path, n_above, n_isovalues, max_unused } = tables;
+    let mut columns = content.columns();
+    let n_births = if chunk.pivot.is_some() { 1 } else { chunk.span.len() };
+    let traversal = TraversalReader::new(&mut columns, n_births)?;
+    let n = traversal.n_triangles()?;
+    if n > MAX_TRIANGLES - path.triangles.len().min(MAX_TRIANGLES) {
+        return Err(Error::input(format!("{n} triangles, expected at most {MAX_TRIANGLES}")));
+    }
+    let mut ends = Vec::new();
+    for _ in directions(chunk.pivot) {
+        ends.push(EndReader::new(&mut columns, n, n_isovalues)?);
+    }
+    columns.end()?;
+    let mut reader = Reader {
+        tables,
+        living: Living::new(path.n_vertices() as usize, &path.triangles, &chunk.span),
+        traversal,
+        lives: Vec::with_capacity(n),
+        n_used: n_above,
+    };
+    match chunk.pivot {
+        Some(pivot) => reader.around_pivot(pivot, &mut ends)?,
+        None => reader.rank_by_rank(&mut ends[UPWARDS])?,
+    }
+    ends.into_iter().try_for_each(EndReader::end)?;
+    let n_unused = (path.n_vertices() - reader.n_used) as usize;
+    if n_unused > max_unused {
+        return Err(too_many_unused(n_unused, max_unused));
+    }
+    reader.end()
+}
+
+/// Reads how triangles end in a direction.
+struct EndReader<'a> {
+    kinds: Column<'a>,
+    intervals: IntervalReader<'a>,
+    /// The last explicit end, counted in the direction.
+    before: u64,
+}
+
+impl<'a> EndReader<'a> {
+    fn new(columns: &mut Columns<'a>, n: usize, n_isovalues: u32) -> Result<Self> {
+        let kinds = columns.column(n, 3)?;
+        let mut n_intervals = 0;
+        for i in 0..n {
+            n_intervals += usize::from(kinds.get(i)? % CAP == BY_INTERVAL);
+        }
+        let intervals = IntervalReader::new(columns, n_intervals, n_isovalues + 1)?;
+        Ok(EndReader { kinds, intervals, before: 0 })
+    }
+
+    /// The explicit end of triangle `i`, if it has one, after the rank `from` in the direction, and whether it is a cap.
+    fn next(&mut self, i: u32, from: u32) -> Result<(Option<u64>, bool)> {
+        let kind = self.kinds.get(i as usize)?;
+        if kind % CAP == BY_INTERVAL {
+            self.before = self.intervals.next(from)?;
+        }
+        Ok(((kind % CAP != BY_FLAGS).then_some(self.before), kind >= CAP))
+    }
+
+    fn end(self) -> Result<()> {
+        self.intervals.end()
+    }
+}
+
+/// Reads the triangles of a chunk.
 struct Reader<'a> {
-    ranks: &'a Ranks,
-    holes: Holes,
-    /// Vertices by their last rank.
-    ends: ByRank,
-    /// Triangles by their explicit deaths.
-    explicit: ByRank,
-    /// By triangle; its vertices are in `holes`.
-    births: Vec<u32>,
-    deaths: Vec<u32>,
-    caps: Vec<bool>,
+    tables: ChunkTables<'a>,
+    living: Living<'a>,
+    traversal: TraversalReader<'a>,
+    /// By triangle of the chunk.
+    lives: Vec<Life>,
+    /// Vertices of the path that are used, or are in chunks above.
     n_used: u32,
 }
 
-/// Returns the explicit death of triangle `i`, born at a rank, if it has one, and whether it is a cap.
-type Attributes<'a> = &'a mut dyn FnMut(usize, u32) -> Result<(Option<u64>, bool)>;
+/// The lifetime of a triangle, and whether it is a cap.
+#[derive(Clone, Copy)]
+struct Life {
+    /// By direction: death and birth.
+    ends: [u32; 2],
+    cap: bool,
+}
 
-impl<'a> Reader<'a> {
-    fn new(ranks: &'a Ranks, n_isovalues: usize, n: usize) -> Self {
-        let n_vertices = ranks.n_vertices();
-        let mut ends = ByRank::new(n_isovalues);
-        // In reverse: the lists return the newest number first.
-        for v in (0..n_vertices).rev() {
-            let last = ranks.of(v).and_then(<[u32]>::last);
-            last.into_iter().for_each(|&rank| ends.push(rank, v));
-        }
-        Reader {
-            ranks,
-            holes: Holes::new(n_vertices as usize),
-            ends,
-            explicit: ByRank::new(n_isovalues),
-            births: Vec::with_capacity(n),
-            deaths: Vec::with_capacity(n),
-            caps: Vec::with_capacity(n),
-            n_used: 0,
-        }
-    }
+/// No end was found yet.
+const NO_END: u32 = u32::MAX;
 
-    /// All triangles, and the number of vertices that they use.
-    fn read(
-        mut self,
-        mut traversal: TraversalReader,
-        n_isovalues: usize,
-        attributes: Attributes,
-    ) -> Result<(Vec<Triangle>, u32)> {
-        for rank in 0..n_isovalues as u32 {
-            self.deaths(&mut traversal, rank)?;
-            let mut left = traversal.births()?;
-            while left > 0 {
-                let gate = self.holes.pop();
-                let vertices = match &gate {
-                    Some(gate) => traversal
-                        .third(&self.holes, gate, self.n_used)?
-                        .map(|third| [gate.from, gate.to, third]),
-                    None => Some(traversal.seed(self.n_used)?),
-                };
-                if let Some(vertices) = vertices {
-                    self.add(vertices, rank, attributes)?;
-                    left -= 1;
+impl Reader<'_> {
+    fn rank_by_rank(&mut self, ends: &mut EndReader) -> Result<()> {
+        let ChunkTables { chunk, .. } = self.tables;
+        let last_ranks = self.vertices_by_end(UPWARDS);
+        let mut explicit = ByRank::new(&chunk.span);
+        if let Some(before) = chunk.span.start.checked_sub(1) {
+            self.living.add_known_at(before);
+        }
+        for rank in chunk.span.clone() {
+            self.deaths(rank, UPWARDS, &last_ranks, &explicit)?;
+            self.living.add_known_born(rank);
+            let n = self.births()?;
+            for i in self.lives.len() as u32..self.lives.len() as u32 + n {
+                let (death, cap) = ends.next(i, rank)?;
+                if let Some(death) = death.and_then(|death| u32::try_from(death).ok()) {
+                    explicit.push(death, i);
                 }
-                match (gate, vertices) {
-                    (Some(gate), Some([.., third])) => self.holes.fill(gate, third),
-                    (Some(gate), None) => self.holes.skip(gate),
-                    (None, vertices) => vertices.into_iter().for_each(|v| self.holes.add_seed(v)),
-                }
+                self.lives.push(Life { ends: [NO_END, rank], cap });
             }
         }
-        traversal.end()?;
-        if let Some(i) = self.deaths.iter().position(|&death| death == NO_DEATH) {
-            return Err(outlives(i));
-        }
-        let lives = self.births.into_iter().zip(self.deaths).zip(self.caps);
-        let triangles = self.holes.into_vertices().into_iter().zip(lives);
-        let triangle = |(vertices, ((birth, death), cap))| Triangle { vertices, birth, death, cap };
-        Ok((triangles.map(triangle).collect(), self.n_used))
+        Ok(())
     }
 
-    /// Finds the triangles that die at a rank and opens gates around the holes that they leave.
-    fn deaths(&mut self, traversal: &mut TraversalReader, rank: u32) -> Result<()> {
-        let ended: Vec<u32> = self.ends.at(rank).collect();
-        let dies = |holes: &Holes, candidate: Candidate| {
-            let vertices = holes.vertices(candidate.triangle);
-            traversal.dies(candidate, vertices, |v| self.ranks.is_lattice(v))
+    fn around_pivot(&mut self, pivot: u32, ends: &mut [EndReader]) -> Result<()> {
+        let ChunkTables { chunk, n_isovalues, .. } = self.tables;
+        self.living.add_known_at(pivot);
+        let n = self.births()?;
+        self.lives.resize(n as usize, Life { ends: [NO_END; 2], cap: false });
+        let down = self.living.downwards();
+        for (direction, ends) in ends.iter_mut().enumerate() {
+            let end_ranks = self.vertices_by_end(direction);
+            let mut explicit = ByRank::new(&chunk.span);
+            let last = u64::from(n_isovalues);
+            for (life, i) in self.lives.iter_mut().zip(0..) {
+                let from = if direction == UPWARDS { pivot } else { n_isovalues - 1 - pivot };
+                let (end, cap) = ends.next(i, from)?;
+                let rank =
+                    |end: u64| if direction == UPWARDS { Some(end) } else { last.checked_sub(end) };
+                if let Some(end) = end.and_then(rank).and_then(|end| u32::try_from(end).ok()) {
+                    explicit.push(end, i);
+                }
+                life.cap |= cap;
+            }
+            if direction == DOWNWARDS {
+                self.living = down.clone();
+            }
+            for rank in chunk.ranks_from(pivot, direction) {
+                self.deaths(rank, direction, &end_ranks, &explicit)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The vertices by the rank at which they end in a direction.
+    fn vertices_by_end(&self, direction: usize) -> ByRank {
+        let ChunkTables { chunk, path, .. } = self.tables;
+        let mut ends = ByRank::new(&chunk.span);
+        // In reverse: the lists return the newest number first.
+        for v in (0..path.n_vertices()).rev() {
+            if let Some((first, last)) = path.ranks.life(v) {
+                ends.push([last, first][direction], v);
+            }
+        }
+        ends
+    }
+
+    /// Finds the triangles that end at a rank and opens gates around the holes that they leave.
+    fn deaths(
+        &mut self,
+        rank: u32,
+        direction: usize,
+        ends: &ByRank,
+        explicit: &ByRank,
+    ) -> Result<()> {
+        let ranks: &Ranks = &self.tables.path.ranks;
+        let ended: Vec<u32> = ends.at(rank).collect();
+        let traversal = &mut self.traversal;
+        let dies = |_, candidate: Candidate, vertices: [u32; 3]| {
+            traversal.dies(candidate, vertices, |v| ranks.is_lattice(v))
         };
-        let [found, _] = self.holes.dying(rank, &ended, self.explicit.at(rank), dies)?;
-        for &t in &found {
-            self.deaths[t as usize] = rank;
-        }
-        self.holes.open_gates(&found);
+        let [found, _] = self.living.deaths(rank, &ended, explicit.at(rank), dies)?;
+        found.into_iter().for_each(|i| self.lives[i as usize].ends[direction] = rank);
         Ok(())
     }
 
-    /// Adds a triangle that is born at a rank.
-    fn add(&mut self, vertices: [u32; 3], birth: u32, attributes: Attributes) -> Result<()> {
-        let [a, b, c] = vertices;
-        let (i, n_vertices) = (self.deaths.len(), self.ranks.n_vertices());
+    /// Reads the vertices of triangles that are born together. Returns their number.
+    fn births(&mut self) -> Result<u32> {
+        let n = self.traversal.births()?;
+        let mut left = n;
+        while left > 0 {
+            let gate = self.living.pop();
+            let vertices = match &gate {
+                Some(gate) => self
+                    .traversal
+                    .third(self.living.holes(), gate, self.n_used)?
+                    .map(|third| [gate.from, gate.to, third]),
+                None => Some(self.traversal.seed(self.n_used)?),
+            };
+            if let Some(vertices) = vertices {
+                self.check_vertices(vertices)?;
+                left -= 1;
+            }
+            match (gate, vertices) {
+                (Some(gate), Some([.., third])) => self.living.fill(gate, third),
+                (Some(gate), None) => self.living.skip(gate),
+                (None, vertices) => vertices.into_iter().for_each(|v| self.living.add_seed(v)),
+            }
+        }
+        Ok(n as u32)
+    }
+
+    /// Checks that the vertices of a triangle exist and differ.
+    fn check_vertices(&mut self, vertices: [u32; 3]) -> Result<()> {
+        let ([a, b, c], n_vertices) = (vertices, self.tables.path.n_vertices());
         self.n_used = self.n_used.max(a.max(b).max(c) + 1);
-        if self.n_used > n_vertices || a == b || b == c || c == a {
-            return Err(Error::input(format!(
-                "triangle {i} has vertices {a}, {b}, {c}, expected three different ones below {n_vertices}"
-            )));
+        if self.n_used <= n_vertices && a != b && b != c && c != a {
+            return Ok(());
         }
-        let (first, last) = span(vertices, self.ranks).ok_or_else(|| outlives(i))?;
-        let (death, cap) = attributes(i, birth)?;
-        let is_within = |death: u64| (u64::from(birth) + 1..=u64::from(last)).contains(&death);
-        if first > birth || birth >= last || death.is_some_and(|death| !is_within(death)) {
-            return Err(outlives(i));
+        Err(Error::input(format!(
+            "a triangle has vertices {a}, {b}, {c}, expected three different ones below {n_vertices}"
+        )))
+    }
+
+    /// The triangles, whose lifetimes must be within the trajectories of their vertices.
+    fn end(self) -> Result<Vec<Triangle>> {
+        let Reader { tables, living, traversal, lives, .. } = self;
+        traversal.end()?;
+        let mut triangles = Vec::with_capacity(lives.len());
+        for (vertices, Life { ends: [death, birth], cap }) in
+            living.into_vertices().into_iter().zip(lives)
+        {
+            let is_within = birth != NO_END
+                && death != NO_END
+                && birth < death
+                && vertices.iter().all(|&v| {
+                    let life = tables.path.ranks.life(v);
+                    life.is_some_and(|(first, last)| first <= birth && death <= last)
+                });
+            if !is_within {
+                return Err(Error::input(format!(
+                    "triangle {} outlives its vertices",
+                    triangles.len()
+                )));
+            }
+            triangles.push(Triangle { vertices, birth, death, cap });
         }
-        death.into_iter().for_each(|death| self.explicit.push(death as u32, i as u32));
-        self.births.push(birth);
-        self.deaths.push(NO_DEATH);
-        self.caps.push(cap);
-        Ok(())
+        Ok(triangles)
     }
-}
-
-/// The death of a triangle that has not died yet.
-const NO_DEATH: u32 = u32::MAX;
-
-fn outlives(i: usize) -> Error {
-    Error::input(format!("triangle {i} outlives its vertices"))
-}
-
-/// The ranks at which all three vertices exist, from the first to the last; none if one of
-/// the vertices has no knots or does not exist.
-fn span(vertices: [u32; 3], ranks: &Ranks) -> Option<(u32, u32)> {
-    let mut span = (0, u32::MAX);
-    for v in vertices {
-        let trajectory = ranks.of(v)?;
-        span = (span.0.max(*trajectory.first()?), span.1.min(*trajectory.last()?));
-    }
-    Some(span)
 }

@@ -50,11 +50,10 @@ impl Units {
 
     /// The axis that a vertex with rounded positions faces: the first for which both
     /// other coordinates are multiples of `along` at every knot.
-    pub(super) fn facing(self, trajectory: &[Knot]) -> usize {
-        let is_multiple = |knot: &Knot, a: usize| i64::from(self.of(knot)[a % 3]) % self.along == 0;
-        let faces = |&a: &usize| {
-            trajectory.iter().all(|knot| is_multiple(knot, a + 1) && is_multiple(knot, a + 2))
-        };
+    pub(super) fn facing(self, trajectory: &[[i32; 3]]) -> usize {
+        let is_multiple = |x: &[i32; 3], a: usize| i64::from(x[a % 3]) % self.along == 0;
+        let faces =
+            |&a: &usize| trajectory.iter().all(|x| is_multiple(x, a + 1) && is_multiple(x, a + 2));
         (0..3).find(faces).unwrap_or(0)
     }
 }

@@ -49,3 +49,10 @@ pub struct Patch {
     /// Collapses; vertices and ranks are those of this patch.
     pub collapses: Vec<Collapse>,
 }
+
+impl Patch {
+    /// No isovalues, vertices and triangles.
+    pub fn empty() -> Patch {
+        Patch { first_knot: vec![0], ..Patch::default() }
+    }
+}

@@ -26,7 +26,7 @@ pub(crate) struct VertexMismatch(pub(crate) [f32; 3]);
 
 impl Default for Joiner {
     fn default() -> Self {
-        let whole = Patch { first_knot: vec![0], ..Patch::default() };
+        let whole = Patch::empty();
         Joiner { whole, seam: Seam::new() }
     }
 }

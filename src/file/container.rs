@@ -1,0 +1,178 @@
+//! The spectrum file as a container: a header, the chunks, tables that describe the whole, and a footer that says where these begin.
+//!
+//! # Invariants
+//!
+//! The positions of chunks follow from their lengths, which add up to what is before the tables: none overlaps another, and every byte of a file
+//! belongs to something with a checksum.
+
+use std::ops::Range;
+
+use super::column::Content;
+use super::header::{HEADER_LENGTH, Info, MAX_INFO, after_header, header, in_section, read_info};
+use super::section::{Packing, split_section, trailing_bytes, write_section};
+use super::source::Source;
+use super::tables;
+use super::tree::{ChunkSize, Tree};
+use crate::error::{Error, Result};
+use crate::spectrum::{Collapse, Event, Metadata, Size, VolumeInfo};
+
+/// The last bytes of a file.
+const END: [u8; 4] = *b"ISPE";
+
+/// Bytes after the tables: their position (u64), the checksum of the position, and [`END`].
+const FOOTER_LENGTH: usize = 16;
+
+/// Appends the footer of tables that begin at `position`.
+fn write_footer(file: &mut Vec<u8>, position: usize) {
+    let position = (position as u64).to_le_bytes();
+    file.extend(position);
+    file.extend(crc32fast::hash(&position).to_le_bytes());
+    file.extend(END);
+}
+
+/// The contents of the tables of a file.
+pub(super) struct TableContents {
+    pub(super) info: Content<'static>,
+    pub(super) events: Content<'static>,
+    pub(super) isovalues: Content<'static>,
+    pub(super) collapses: Content<'static>,
+}
+
+/// A file of these chunks, each with the least number of stored bytes of its section `VERT`.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the description is too long.
+pub(super) fn assembled(
+    tables: &TableContents,
+    tree: &Tree,
+    chunks: Vec<([Content<'static>; 3], ChunkSize, usize)>,
+) -> Result<Vec<u8>> {
+    let n = tables.info.bytes().len();
+    if n > MAX_INFO {
+        return Err(Error::input(format!(
+            "the description of the spectrum takes {n} bytes, expected at most {MAX_INFO}"
+        )));
+    }
+    let mut file = header();
+    let mut sizes = Vec::with_capacity(chunks.len());
+    for ([ranks, triangles, positions], size, min) in chunks {
+        let start = file.len();
+        for (tag, content, min) in
+            [(*b"VERT", ranks, min), (*b"TRIA", triangles, 0), (*b"POSN", positions, 0)]
+        {
+            write_section(&mut file, tag, &content, Packing::Deflated, min);
+        }
+        let crc = crc32fast::hash(&file[start..]);
+        sizes.push(ChunkSize { bytes: (file.len() - start) as u64, crc, ..size });
+    }
+    let position = file.len();
+    write_section(&mut file, *b"INFO", &tables.info, Packing::Raw, 0);
+    let index = Content::Plain(tree.write(&sizes).into());
+    for (tag, content) in [
+        (*b"EVNT", &tables.events),
+        (*b"ISOV", &tables.isovalues),
+        (*b"COLL", &tables.collapses),
+        (*b"INDX", &index),
+    ] {
+        write_section(&mut file, tag, content, Packing::Deflated, 0);
+    }
+    write_footer(&mut file, position);
+    Ok(file)
+}
+
+/// The tables of a file.
+pub(super) struct FileTables {
+    pub(super) info: Info<VolumeInfo, Metadata>,
+    pub(super) events: Vec<Event>,
+    pub(super) isovalues: Vec<f64>,
+    pub(super) collapses: Vec<Collapse>,
+    pub(super) tree: Tree,
+    pub(super) sizes: Vec<ChunkSize>,
+    /// The bytes of each chunk in the file.
+    pub(super) places: Vec<Range<u64>>,
+}
+
+impl FileTables {
+    /// Reads the tables, but no chunk.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] if it is not a spectrum file, or the tables are damaged.
+    pub(super) fn read(source: &dyn Source) -> Result<Self> {
+        let n = source.n_bytes();
+        let head = n.min(HEADER_LENGTH as u64);
+        after_header(&source.bytes(0, head)?)?;
+        let position = position(source)?;
+        let tables = source.bytes(position, n - FOOTER_LENGTH as u64 - position)?;
+        let mut rest = &*tables;
+        let info = read_info(&split_section(&mut rest, *b"INFO")?)?;
+        let mut next = |tag: &[u8; 4]| {
+            let section = split_section(&mut rest, *tag)?;
+            section.check_coded(false)?;
+            section.content()
+        };
+        let events = tables::read_events(&next(b"EVNT")?).map_err(in_section("EVNT"))?;
+        let isovalues = tables::read_isovalues(&next(b"ISOV")?).map_err(in_section("ISOV"))?;
+        let n_ranks = u32::try_from(isovalues.len()).ok().filter(|&n| n < u32::MAX);
+        let n_ranks = n_ranks.ok_or_else(|| Error::input("more isovalues than ranks"))?;
+        let collapses = tables::read_collapses(&next(b"COLL")?).map_err(in_section("COLL"))?;
+        let (tree, sizes) = Tree::read(&next(b"INDX")?, n_ranks).map_err(in_section("INDX"))?;
+        if !rest.is_empty() {
+            return Err(trailing_bytes(rest.len() as u64));
+        }
+        let places = places(&sizes, position)?;
+        check_sizes(&info.size, &sizes)?;
+        Ok(FileTables { info, events, isovalues, collapses, tree, sizes, places })
+    }
+}
+
+/// The position of the tables, from the footer.
+fn position(source: &dyn Source) -> Result<u64> {
+    let n = source.n_bytes();
+    let truncated = || Error::input("the file ends too early, or other bytes follow its end");
+    let at = n.checked_sub(FOOTER_LENGTH as u64).filter(|&at| at >= HEADER_LENGTH as u64);
+    let at = at.ok_or_else(truncated)?;
+    let footer = source.bytes(at, FOOTER_LENGTH as u64)?;
+    let (position, rest) = footer.split_first_chunk::<8>().ok_or_else(truncated)?;
+    if rest[4..] != END {
+        return Err(truncated());
+    }
+    let crc = crc32fast::hash(position).to_le_bytes();
+    let position = u64::from_le_bytes(*position);
+    if rest[..4] != crc || !(HEADER_LENGTH as u64..=at).contains(&position) {
+        return Err(Error::input("the end of the file is damaged: its checksum is wrong"));
+    }
+    Ok(position)
+}
+
+/// The bytes of chunks that end where the tables begin.
+fn places(sizes: &[ChunkSize], end: u64) -> Result<Vec<Range<u64>>> {
+    let mut at = HEADER_LENGTH as u64;
+    let mut places = Vec::with_capacity(sizes.len());
+    for size in sizes {
+        let next = at.checked_add(size.bytes).filter(|&next| next <= end);
+        let next = next.ok_or_else(|| Error::input("section INDX: chunks beyond the tables"))?;
+        places.push(at..next);
+        at = next;
+    }
+    if at == end {
+        return Ok(places);
+    }
+    Err(Error::input(format!("section INDX: {} bytes are in no chunk", end - at)))
+}
+
+/// Checks that the declared size of the whole is the sum of the chunks.
+fn check_sizes(declared: &Size, sizes: &[ChunkSize]) -> Result<()> {
+    let sum = |of: fn(&ChunkSize) -> u64| sizes.iter().map(of).fold(0, u64::saturating_add);
+    for (what, declared, found) in [
+        ("trajectories", declared.trajectories, sum(|size| size.vertices)),
+        ("knots", declared.knots, sum(|size| size.knots)),
+        ("triangles", declared.triangles, sum(|size| size.triangles)),
+    ] {
+        if declared != found {
+            return Err(Error::input(format!("section INFO: {declared} {what}, found {found}")));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,223 @@
+//! From the chunks of a file to a spectrum, or to the part of it that some ranks need.
+
+use std::borrow::Cow;
+use std::ops::RangeInclusive;
+
+use super::encode::PARALLEL_SHARES;
+use super::geometry::read_geometry;
+use super::header::in_section;
+use super::path::Path;
+use super::predict::Surroundings;
+use super::samples::Samples;
+use super::section::{Section, split_section};
+use super::trajectories::{Ranks, read_ranks};
+use super::tree::{Chunk, ChunkSize, Tree};
+use super::triangles::{ChunkTables, read_triangles};
+use super::units::Units;
+use crate::error::{Error, Result};
+use crate::spectrum::{Knot, Patch, Triangle};
+
+/// The number of vertices without a triangle in a chunk is at most this, divided by the number of chunks, plus the stored bytes of section `VERT`.
+/// Without a limit a small file could have millions of them.
+const FREE_UNUSED_VERTICES: usize = 4096;
+
+/// The tables of a file that its chunks refer to.
+pub(super) struct Decoder<'a> {
+    pub(super) tree: &'a Tree,
+    pub(super) sizes: &'a [ChunkSize],
+    pub(super) isovalues: &'a [f64],
+    pub(super) samples: Samples,
+    pub(super) units: Units,
+    /// The bytes of a chunk.
+    pub(super) bytes: &'a (dyn Fn(usize) -> Result<Cow<'a, [u8]>> + Sync),
+}
+
+/// A chunk that was read.
+struct DecodedChunk {
+    ranks: Ranks,
+    positions: Vec<[i32; 3]>,
+    /// With vertices in numbers of the result.
+    triangles: Vec<Triangle>,
+}
+
+/// Which chunks are read.
+struct Wanted {
+    /// By chunk, whether it is read.
+    is_read: Vec<bool>,
+    /// By chunk, the number of its first vertex among those that are read.
+    first_vertex: Vec<u32>,
+    n_triangles: u64,
+}
+
+impl Decoder<'_> {
+    /// The vertices and triangles of all chunks that contain triangles alive at the ranks, in the order of the file. Others may be among
+    /// them. There are no collapses.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading the bytes of a chunk; [`Error::Input`] if these are damaged.
+    pub(super) fn patch(&self, ranks: RangeInclusive<u32>) -> Result<Patch> {
+        let wanted = self.wanted(ranks)?;
+        let chunks = self.below(0, &wanted, &mut Path::default())?;
+        let [n_vertices, n_knots] = chunks.iter().fold([0, 0], |[vertices, knots], chunk| {
+            [vertices + chunk.ranks.n_vertices() as usize, knots + chunk.positions.len()]
+        });
+        let mut first_knot = Vec::with_capacity(n_vertices + 1);
+        first_knot.push(0);
+        let mut knots = Vec::with_capacity(n_knots);
+        let mut triangles = Vec::with_capacity(wanted.n_triangles as usize);
+        for chunk in chunks {
+            let n_before = knots.len() as u32;
+            first_knot.extend(chunk.ranks.first_knot[1..].iter().map(|first| n_before + first));
+            let position = |x: &[i32; 3]| x.map(|x| self.units.coordinate(x));
+            let ranks = chunk.ranks.ranks.iter().zip(&chunk.positions);
+            knots.extend(ranks.map(|(&rank, x)| Knot { rank, position: position(x) }));
+            triangles.extend(chunk.triangles);
+        }
+        let isovalues = self.isovalues.to_vec();
+        Ok(Patch { isovalues, first_knot, knots, triangles, collapses: Vec::new() })
+    }
+
+    fn wanted(&self, ranks: RangeInclusive<u32>) -> Result<Wanted> {
+        let mut is_read = vec![false; self.sizes.len()];
+        self.tree.at(ranks).for_each(|i| is_read[i] = true);
+        let (mut first_vertex, mut n_vertices, mut n_triangles) = (Vec::new(), 0u64, 0);
+        for (size, &is_read) in self.sizes.iter().zip(&is_read) {
+            first_vertex.push(n_vertices as u32);
+            n_vertices += if is_read { size.vertices } else { 0 };
+            n_triangles += if is_read { size.triangles } else { 0 };
+        }
+        let max = u64::from(u32::MAX);
+        if n_vertices >= max || n_triangles >= max {
+            return Err(Error::input(format!(
+                "{n_vertices} vertices and {n_triangles} triangles, expected fewer than 2^32 - 1"
+            )));
+        }
+        Ok(Wanted { is_read, first_vertex, n_triangles })
+    }
+
+    /// Reads a chunk and those below it, in pre-order. The path ends above the chunk, then and afterwards.
+    fn below(&self, i: usize, wanted: &Wanted, path: &mut Path) -> Result<Vec<DecodedChunk>> {
+        if !wanted.is_read[i] {
+            return Ok(Vec::new());
+        }
+        let end_above = path.end();
+        let chunk = &self.tree.chunks()[i];
+        let mut all =
+            vec![self.chunk(i, chunk, wanted, path).map_err(in_chunk(i, self.sizes.len()))?];
+        if chunk.pivot.is_some() {
+            let children = self.tree.children(i);
+            let [first, second] = children;
+            let n: u64 = self.sizes[i..chunk.end].iter().map(|size| size.triangles).sum();
+            let are_both_read = children.iter().all(|&child| wanted.is_read[child]);
+            if are_both_read && n.saturating_mul(PARALLEL_SHARES) >= wanted.n_triangles {
+                let mut other = path.clone();
+                let (a, b) = rayon::join(
+                    || self.below(first, wanted, path),
+                    || self.below(second, wanted, &mut other),
+                );
+                all.extend(a?.into_iter().chain(b?));
+            } else {
+                all.extend(self.below(first, wanted, path)?);
+                all.extend(self.below(second, wanted, path)?);
+            }
+        }
+        path.truncate(end_above);
+        Ok(all)
+    }
+
+    /// Reads a chunk and appends it to the path.
+    fn chunk(
+        &self,
+        i: usize,
+        chunk: &Chunk,
+        wanted: &Wanted,
+        path: &mut Path,
+    ) -> Result<DecodedChunk> {
+        let bytes = (self.bytes)(i)?;
+        let sections = Sections::split(&bytes)?;
+        let size = self.sizes[i];
+        let n_chunks = self.sizes.len();
+        let max_unused = sections.max_unused(n_chunks)?;
+        let (n_above, n_isovalues) = (path.n_vertices(), self.isovalues.len() as u32);
+        let knots_above = path.positions.len();
+        let content = sections.ranks.content()?;
+        let ranks = read_ranks(&content, chunk.pivot, n_isovalues, max_unused)
+            .map_err(in_section("VERT"))?;
+        check_count("vertices", ranks.n_vertices().into(), size.vertices)?;
+        check_count("knots", ranks.ranks.len() as u64, size.knots)?;
+        path.ranks.append(&ranks);
+        let first = wanted.first_vertex[i];
+        path.numbers.extend(first..first + ranks.n_vertices());
+        let content = sections.triangles.content()?;
+        let tables = ChunkTables { chunk, path, n_above, n_isovalues, max_unused };
+        let triangles = read_triangles(&content, tables).map_err(in_section("TRIA"))?;
+        check_count("triangles", triangles.len() as u64, size.triangles)?;
+        let of = Surroundings {
+            ranks: &path.ranks,
+            isovalues: self.isovalues,
+            triangles: &triangles,
+            n_above,
+            pivot: chunk.pivot,
+            n_chunks,
+        };
+        let content = sections.positions.content()?;
+        read_geometry(&content, of, &mut path.positions, &self.samples, self.units)
+            .map_err(in_section("POSN"))?;
+        let positions = path.positions[knots_above..].to_vec();
+        let numbered = |t: &Triangle| {
+            let vertices = t.vertices.map(|v| path.numbers[v as usize]);
+            Triangle { vertices, ..*t }
+        };
+        let in_result = triangles.iter().map(numbered).collect();
+        path.triangles.extend(triangles);
+        Ok(DecodedChunk { ranks, positions, triangles: in_result })
+    }
+}
+
+/// Adds the number of the chunk to an error, if there are several.
+fn in_chunk(i: usize, n_chunks: usize) -> impl Fn(Error) -> Error {
+    move |error| match error {
+        Error::Input(what) if n_chunks > 1 => Error::input(format!("chunk {i}: {what}")),
+        other => other,
+    }
+}
+
+fn check_count(what: &str, found: u64, declared: u64) -> Result<()> {
+    if found == declared {
+        return Ok(());
+    }
+    Err(Error::input(format!("section INDX: {declared} {what}, found {found}")))
+}
+
+/// The sections of a chunk, not unpacked.
+struct Sections<'a> {
+    ranks: Section<'a>,
+    triangles: Section<'a>,
+    positions: Section<'a>,
+}
+
+impl<'a> Sections<'a> {
+    fn split(mut rest: &'a [u8]) -> Result<Self> {
+        let mut next = |tag: &[u8; 4]| split_section(&mut rest, *tag);
+        let (ranks, triangles, positions) = (next(b"VERT")?, next(b"TRIA")?, next(b"POSN")?);
+        [ranks, triangles, positions].iter().try_for_each(|section| section.check_coded(true))?;
+        if !rest.is_empty() {
+            return Err(Error::input(format!("{} bytes after its last section", rest.len())));
+        }
+        Ok(Sections { ranks, triangles, positions })
+    }
+
+    /// The most vertices without a triangle. Each of the others takes a number of `TRIA` where it is used
+    /// first, so a chunk with too many vertices is refused before they are unpacked.
+    fn max_unused(&self, n_chunks: usize) -> Result<usize> {
+        let max = self.ranks.n_stored().saturating_add(FREE_UNUSED_VERTICES / n_chunks);
+        let n = self.ranks.first_count().unwrap_or(0);
+        if n > max.saturating_add(self.triangles.n_content()) as u64 {
+            return Err(Error::input(format!(
+                "section VERT: {n} vertices, expected no more than sections VERT and TRIA have room for"
+            )));
+        }
+        Ok(max)
+    }
+}

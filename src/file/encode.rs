@@ -1,0 +1,281 @@
+//! From a spectrum to the contents of its chunks.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rayon::prelude::*;
+
+use super::column::Content;
+use super::connectivity::{FileOrder, Input, traverse};
+use super::geometry::write_geometry;
+use super::path::Path;
+use super::predict::Surroundings;
+use super::samples::Samples;
+use super::trajectories::{Ranks, write_ranks};
+use super::tree::{Chunk, ChunkSize, Tree};
+use super::triangles::write_triangles;
+use super::units::Units;
+use crate::error::Result;
+use crate::spectrum::{Collapse, Knot, Patch, Spectrum, Triangle};
+
+/// Chunks below a chunk are encoded or decoded in parallel if they have at least one in so many of all triangles.
+pub(super) const PARALLEL_SHARES: u64 = 8;
+
+/// A spectrum in chunks.
+pub(super) struct Encoded {
+    /// The spectrum in the order of the file: chunk after chunk.
+    pub(super) spectrum: Spectrum,
+    /// By vertex, its number in the original spectrum.
+    pub(super) order: Vec<u32>,
+    /// By chunk of the tree.
+    pub(super) chunks: Vec<ChunkContents>,
+}
+
+/// The contents of the sections of a chunk.
+pub(super) struct ChunkContents {
+    pub(super) size: ChunkSize,
+    /// Vertices that are in none of its triangles.
+    pub(super) n_unused: usize,
+    /// `VERT`, `TRIA` and `POSN`.
+    pub(super) sections: [Content<'static>; 3],
+}
+
+/// A chunk with the order of its vertices and triangles.
+struct EncodedChunk {
+    contents: ChunkContents,
+    /// Numbers in the original spectrum.
+    vertices: Vec<u32>,
+    triangles: Vec<u32>,
+    /// The vertices of triangles, in the numbers of the file.
+    corners: Vec<[u32; 3]>,
+}
+
+/// Encodes a spectrum, whose positions must be rounded as by [`Units::rounded`] unless these units have no other rounding along the surface.
+///
+/// # Errors
+///
+/// [`crate::Error::Input`] if vertices with many knots have more neighbours than a reader accepts, which no mesh has.
+pub(super) fn encode(spectrum: Spectrum, tree: &Tree, units: Units) -> Result<Encoded> {
+    let encoder = Encoder::new(&spectrum, tree, units);
+    let chunks = encoder.below(0, &mut Path::default())?;
+    drop(encoder);
+    let mut order = Vec::with_capacity(spectrum.n_vertices());
+    let mut triangles = Vec::with_capacity(spectrum.triangles().len());
+    let mut contents = Vec::with_capacity(chunks.len());
+    for chunk in chunks {
+        order.extend(chunk.vertices);
+        let old = chunk.triangles.iter().map(|&i| spectrum.triangles()[i as usize]);
+        triangles.extend(old.zip(chunk.corners).map(|(t, vertices)| Triangle { vertices, ..t }));
+        contents.push(chunk.contents);
+    }
+    let spectrum = reordered(spectrum, &order, triangles);
+    Ok(Encoded { spectrum, order, chunks: contents })
+}
+
+/// The spectrum with vertices in another order, and with triangles that refer to it.
+fn reordered(spectrum: Spectrum, order: &[u32], triangles: Vec<Triangle>) -> Spectrum {
+    let (about, patch) = spectrum.into_parts();
+    let Patch { isovalues, first_knot: old_first, knots: old_knots, collapses, .. } = patch;
+    let mut number = vec![0; order.len()];
+    let mut first_knot = Vec::with_capacity(old_first.len());
+    first_knot.push(0);
+    let mut knots = Vec::with_capacity(old_knots.len());
+    for (&v, new) in order.iter().zip(0..) {
+        number[v as usize] = new;
+        let [from, to] = [v as usize, v as usize + 1].map(|v| old_first[v] as usize);
+        knots.extend_from_slice(&old_knots[from..to]);
+        first_knot.push(knots.len() as u32);
+    }
+    let collapses = collapses.iter().map(|c| Collapse {
+        vertex: number[c.vertex as usize],
+        target: number[c.target as usize],
+        ..*c
+    });
+    let collapses = collapses.collect();
+    Spectrum::unchecked(about, Patch { isovalues, first_knot, knots, triangles, collapses })
+}
+
+struct Encoder<'a> {
+    spectrum: &'a Spectrum,
+    tree: &'a Tree,
+    units: Units,
+    samples: Samples,
+    /// By vertex of the spectrum.
+    is_lattice: Vec<bool>,
+    /// By chunk, its triangles by birth, and its vertices: numbers in the spectrum.
+    triangles: Vec<Vec<u32>>,
+    vertices: Vec<Vec<u32>>,
+    /// By vertex of the spectrum: its chunk, its place in the list of this chunk, and its number on the path once that is known.
+    chunk_of: Vec<u32>,
+    place: Vec<u32>,
+    on_path: Vec<AtomicU32>,
+    /// By chunk, the number of its first vertex in the file.
+    first_vertex: Vec<u32>,
+}
+
+impl<'a> Encoder<'a> {
+    fn new(spectrum: &'a Spectrum, tree: &'a Tree, units: Units) -> Self {
+        let samples = Samples::new(spectrum.volume(), units);
+        let n_vertices = spectrum.n_vertices();
+        let all = (0..n_vertices as u32).into_par_iter();
+        let is_lattice = all.map(|v| samples.edge_of(spectrum.trajectory(v)).is_some()).collect();
+        let mut by_birth: Vec<u32> = (0..spectrum.triangles().len() as u32).collect();
+        by_birth.par_sort_by_key(|&i| spectrum.triangles()[i as usize].birth);
+        let n_chunks = tree.chunks().len();
+        let mut triangles = vec![Vec::new(); n_chunks];
+        let mut chunk_of = vec![u32::MAX; n_vertices];
+        for i in by_birth {
+            let t = &spectrum.triangles()[i as usize];
+            let chunk = tree.chunk_of(t);
+            triangles[chunk as usize].push(i);
+            for v in t.vertices {
+                let of_vertex = &mut chunk_of[v as usize];
+                *of_vertex =
+                    if *of_vertex == u32::MAX { chunk } else { tree.common(*of_vertex, chunk) };
+            }
+        }
+        let mut vertices = vec![Vec::new(); n_chunks];
+        let mut place = vec![0; n_vertices];
+        for v in 0..n_vertices {
+            // Vertices without a triangle are the last ones of the file.
+            chunk_of[v] = chunk_of[v].min(n_chunks as u32 - 1);
+            let of_chunk = &mut vertices[chunk_of[v] as usize];
+            place[v] = of_chunk.len() as u32;
+            of_chunk.push(v as u32);
+        }
+        let mut n = 0;
+        let mut first_vertex = Vec::with_capacity(n_chunks);
+        for of_chunk in &vertices {
+            first_vertex.push(n);
+            n += of_chunk.len() as u32;
+        }
+        let on_path = (0..n_vertices).map(|_| AtomicU32::new(0)).collect();
+        Encoder {
+            spectrum,
+            tree,
+            units,
+            samples,
+            is_lattice,
+            triangles,
+            vertices,
+            chunk_of,
+            place,
+            on_path,
+            first_vertex,
+        }
+    }
+
+    /// Encodes a chunk and those below it, in pre-order. The path ends above the chunk, then and afterwards.
+    fn below(&self, i: usize, path: &mut Path) -> Result<Vec<EncodedChunk>> {
+        let end_above = path.end();
+        let chunk = &self.tree.chunks()[i];
+        let mut all = vec![self.chunk(i, chunk, path)?];
+        if chunk.pivot.is_some() {
+            let [first, second] = self.tree.children(i);
+            let n: usize = self.triangles[i..chunk.end].iter().map(Vec::len).sum();
+            if n as u64 * PARALLEL_SHARES >= self.spectrum.triangles().len() as u64 {
+                let mut other = path.clone();
+                let (a, b) =
+                    rayon::join(|| self.below(first, path), || self.below(second, &mut other));
+                all.extend(a?.into_iter().chain(b?));
+            } else {
+                all.extend(self.below(first, path)?);
+                all.extend(self.below(second, path)?);
+            }
+        }
+        path.truncate(end_above);
+        Ok(all)
+    }
+
+    /// Encodes a chunk and appends it to the path.
+    fn chunk(&self, i: usize, chunk: &Chunk, path: &mut Path) -> Result<EncodedChunk> {
+        let n_above = path.n_vertices();
+        let (order, traversal) = self.traversed(i, chunk, path);
+        let FileOrder { triangles: numbers, corners, vertices, .. } = &order;
+        let in_spectrum = |&local: &u32| self.vertices[i][(local - n_above) as usize];
+        let vertices: Vec<u32> = vertices[n_above as usize..].iter().map(in_spectrum).collect();
+        let numbers: Vec<u32> = numbers.iter().map(|&t| self.triangles[i][t as usize]).collect();
+        let mut ranks = Ranks::default();
+        for (&v, k) in vertices.iter().zip(0..) {
+            self.on_path[v as usize].store(n_above + k, Ordering::Relaxed);
+            let knots: &[Knot] = self.spectrum.trajectory(v);
+            ranks.push(knots.iter().map(|knot| knot.rank), self.is_lattice[v as usize]);
+            path.positions.extend(knots.iter().map(|knot| self.units.of(knot)));
+            path.numbers.push(self.first_vertex[i] + k);
+        }
+        path.ranks.append(&ranks);
+        let lives = numbers.iter().map(|&t| self.spectrum.triangles()[t as usize]);
+        let own: Vec<Triangle> =
+            lives.zip(corners).map(|(t, &vertices)| Triangle { vertices, ..t }).collect();
+        let n_isovalues = self.spectrum.isovalues().len() as u32;
+        let of = Surroundings {
+            ranks: &path.ranks,
+            isovalues: self.spectrum.isovalues(),
+            triangles: &own,
+            n_above,
+            pivot: chunk.pivot,
+            n_chunks: self.tree.chunks().len(),
+        };
+        let (triangles, (vert, positions)) = rayon::join(
+            || write_triangles(&own, (&order, &traversal), chunk.pivot, n_isovalues),
+            || {
+                let vert = write_ranks(&ranks, chunk.pivot, n_isovalues);
+                (vert, write_geometry(of, &mut path.positions, &self.samples, self.units))
+            },
+        );
+        let n_used = corners.as_flattened().iter().map(|&v| v + 1).max().unwrap_or(0).max(n_above);
+        let size = ChunkSize {
+            vertices: vertices.len() as u64,
+            knots: ranks.ranks.len() as u64,
+            triangles: own.len() as u64,
+            ..ChunkSize::default()
+        };
+        let n_unused = (path.n_vertices() - n_used) as usize;
+        let contents = ChunkContents { size, n_unused, sections: [vert, triangles, positions?] };
+        let in_file = |t: &[u32; 3]| t.map(|v| path.numbers[v as usize]);
+        let corners = corners.iter().map(in_file).collect();
+        path.triangles.extend(own);
+        Ok(EncodedChunk { contents, vertices, triangles: numbers, corners })
+    }
+
+    /// The order of a chunk, and its connectivity.
+    fn traversed(
+        &self,
+        i: usize,
+        chunk: &Chunk,
+        path: &Path,
+    ) -> (FileOrder, super::connectivity::Traversal) {
+        let n_above = path.n_vertices();
+        let own = &self.vertices[i];
+        let local = |v: u32| match self.chunk_of[v as usize] as usize == i {
+            true => n_above + self.place[v as usize],
+            false => self.on_path[v as usize].load(Ordering::Relaxed),
+        };
+        let triangles: Vec<Triangle> = self.triangles[i]
+            .par_iter()
+            .map(|&t| {
+                let t = self.spectrum.triangles()[t as usize];
+                Triangle { vertices: t.vertices.map(local), ..t }
+            })
+            .collect();
+        let own_of = |local: u32| local.checked_sub(n_above).map(|k| own[k as usize]);
+        let life = |local: u32| match own_of(local) {
+            None => path.ranks.life(local),
+            Some(v) => {
+                let knots = self.spectrum.trajectory(v);
+                Some((knots.first()?.rank, knots.last()?.rank))
+            }
+        };
+        let is_lattice = |local: u32| match own_of(local) {
+            None => path.ranks.is_lattice(local),
+            Some(v) => self.is_lattice[v as usize],
+        };
+        traverse(&Input {
+            triangles: &triangles,
+            n_vertices: n_above + own.len() as u32,
+            chunk,
+            above: path,
+            life: &life,
+            is_lattice: &is_lattice,
+        })
+    }
+}

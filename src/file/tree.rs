@@ -1,0 +1,375 @@
+//! The tree of chunks: which triangles of a spectrum are stored together.
+//!
+//! # Theory
+//!
+//! An interval tree (Edelsbrunner 1980) over the lifetimes of triangles. A chunk without children has all triangles that live and die in its
+//! span of ranks. Any other chunk has a *pivot*: it has the triangles of its span that are alive at the pivot; those that die before are in the
+//! chunks of its first child, those born later in those of its second. So each triangle is stored once, and the mesh at a rank needs only the chunks
+//! from the root to the child at the end that contains the rank. A vertex is stored in the lowest chunk above all of its triangles.
+//!
+//! # Invariants
+//!
+//! Chunks are in pre-order: a chunk, its first child with all below it, its second child. Children have at least one rank each.
+
+use std::ops::{Range, RangeInclusive};
+
+use super::column::{Content, write_column};
+use crate::error::{Error, Result};
+use crate::spectrum::Triangle;
+
+/// Most triangles in a chunk that is not split further: reading one takes some 30 ms.
+const MIN_TRIANGLES: usize = 100_000;
+
+/// A chunk without children has at most one in so many of all triangles, unless it has at most [`MIN_TRIANGLES`]. Limits the number of chunks.
+const MAX_SHARES: usize = 32;
+
+/// The pivot has this share of the chunk's births before it, and as many after it: where fewer triangles are alive, less of the chunk has to be
+/// read for every rank, but children of very different size would make the tree deep.
+const SHARE_ASIDE: f64 = 0.3;
+
+/// A chunk is not split if more than this share of its triangles would be alive at the pivot: nearly all would be read in any case.
+const MAX_ALIVE: f64 = 0.7;
+
+/// The work of reading one chunk grows with all chunks above it. The sum over all chunks is at most this many times the whole, plus [`FREE_WORK`].
+const MAX_WORK: u64 = 128;
+const FREE_WORK: u64 = 1 << 20;
+
+/// Most chunks between the root and any other.
+const MAX_DEPTH: usize = 64;
+
+/// Directions from a pivot: triangles end at their death upwards, and at their birth downwards.
+pub(super) const UPWARDS: usize = 0;
+pub(super) const DOWNWARDS: usize = 1;
+
+/// The rank at which a triangle ends in a direction.
+pub(super) fn end_of(triangle: &Triangle, direction: usize) -> u32 {
+    [triangle.death, triangle.birth][direction]
+}
+
+/// A chunk in the tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Chunk {
+    /// The ranks at which its triangles, and those of the chunks below it, are born or die.
+    pub(super) span: Range<u32>,
+    /// The rank at which all of its triangles are alive, if it has children: `span.start <= pivot`, `pivot + 1 < span.end`.
+    pub(super) pivot: Option<u32>,
+    /// The number of the first chunk that is not below it.
+    pub(super) end: usize,
+}
+
+impl Chunk {
+    /// The ranks of the span at which triangles end in a direction from a pivot, nearest first.
+    pub(super) fn ranks_from(&self, pivot: u32, direction: usize) -> Box<dyn Iterator<Item = u32>> {
+        match direction {
+            UPWARDS => Box::new(pivot + 1..self.span.end),
+            _ => Box::new((self.span.start..=pivot).rev()),
+        }
+    }
+}
+
+/// What the index says about the content of a chunk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct ChunkSize {
+    pub(super) vertices: u64,
+    pub(super) knots: u64,
+    pub(super) triangles: u64,
+    /// Bytes of its sections, and their CRC-32.
+    pub(super) bytes: u64,
+    pub(super) crc: u32,
+}
+
+/// All chunks, in pre-order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Tree(Vec<Chunk>);
+
+impl Tree {
+    /// A single chunk.
+    pub(super) fn single(n_ranks: u32) -> Tree {
+        Tree(vec![Chunk { span: 0..n_ranks, pivot: None, end: 1 }])
+    }
+
+    /// The tree for the lifetimes of triangles, the same for any order of them.
+    pub(super) fn of(triangles: &[Triangle], n_ranks: u32) -> Tree {
+        let most = MIN_TRIANGLES.max(triangles.len() / MAX_SHARES);
+        let lives = triangles.iter().map(|t| (t.birth, t.death)).collect();
+        let mut tree = Tree(Vec::new());
+        tree.split(lives, 0..n_ranks, most);
+        tree
+    }
+
+    /// Appends the chunks of these lifetimes, which are in a span.
+    fn split(&mut self, lives: Vec<(u32, u32)>, span: Range<u32>, most: usize) {
+        let at = self.0.len();
+        let pivot = if lives.len() > most { pivot(&lives, &span) } else { None };
+        self.0.push(Chunk { span: span.clone(), pivot, end: 0 });
+        if let Some(pivot) = pivot {
+            let (before, rest): (Vec<_>, Vec<_>) =
+                lives.into_iter().partition(|&(_, death)| death <= pivot);
+            let after = rest.into_iter().filter(|&(birth, _)| birth > pivot).collect();
+            self.split(before, span.start..pivot + 1, most);
+            self.split(after, pivot + 1..span.end, most);
+        }
+        self.0[at].end = self.0.len();
+    }
+
+    pub(super) fn chunks(&self) -> &[Chunk] {
+        &self.0
+    }
+
+    /// The chunks with triangles that are alive at some of these ranks. The root is always among them.
+    pub(super) fn at(&self, ranks: RangeInclusive<u32>) -> impl Iterator<Item = usize> {
+        let is_at = move |(i, chunk): (usize, &Chunk)| {
+            let meets = chunk.span.start <= *ranks.end() && *ranks.start() < chunk.span.end;
+            (meets || i == 0).then_some(i)
+        };
+        self.0.iter().enumerate().filter_map(is_at)
+    }
+
+    /// The children of a chunk with a pivot.
+    pub(super) fn children(&self, chunk: usize) -> [usize; 2] {
+        [chunk + 1, self.0[chunk + 1].end]
+    }
+
+    /// The chunk of a triangle.
+    pub(super) fn chunk_of(&self, triangle: &Triangle) -> u32 {
+        let mut at = 0;
+        while let Some(pivot) = self.0[at].pivot {
+            at = match (triangle.death <= pivot, triangle.birth <= pivot) {
+                (true, _) => at + 1,
+                (false, true) => break,
+                (false, false) => self.0[at + 1].end,
+            };
+        }
+        at as u32
+    }
+
+    /// The lowest chunk that is, or is above, both.
+    pub(super) fn common(&self, a: u32, b: u32) -> u32 {
+        let (low, high) = (a.min(b), a.max(b) as usize);
+        let is_above = |chunk: &u32| high < self.0[*chunk as usize].end;
+        let mut chunk = low;
+        while !is_above(&chunk) {
+            chunk = self.parent(chunk);
+        }
+        chunk
+    }
+
+    /// The parent of a chunk that is not the root.
+    fn parent(&self, chunk: u32) -> u32 {
+        // The chunk before it is its parent or the last one below its sibling.
+        let mut before = chunk - 1;
+        while self.0[before as usize].end <= chunk as usize {
+            before -= 1;
+        }
+        before
+    }
+
+    /// The content of section `INDX`.
+    pub(super) fn write(&self, sizes: &[ChunkSize]) -> Vec<u8> {
+        let mut bytes = (self.0.len() as u64).to_le_bytes().to_vec();
+        let pivot = |chunk: &Chunk| chunk.pivot.map_or(0, |pivot| u64::from(pivot) + 1);
+        write_column(&mut bytes, &self.0.iter().map(pivot).collect::<Vec<u64>>());
+        for of in [
+            (|size| size.vertices) as fn(&ChunkSize) -> u64,
+            |size| size.knots,
+            |size| size.triangles,
+            |size| size.bytes,
+            |size| size.crc.into(),
+        ] {
+            write_column(&mut bytes, &sizes.iter().map(of).collect::<Vec<u64>>());
+        }
+        bytes
+    }
+
+    /// Reads section `INDX` of a file with so many isovalues.
+    pub(super) fn read(content: &Content, n_ranks: u32) -> Result<(Tree, Vec<ChunkSize>)> {
+        let mut columns = content.columns();
+        let n = columns.count()?;
+        let pivots = columns.column(n, 33)?;
+        let [vertices, knots, triangles, bytes, crc] = [
+            columns.column(n, 32)?,
+            columns.column(n, 32)?,
+            columns.column(n, 32)?,
+            columns.column(n, 62)?,
+            columns.column(n, 32)?,
+        ];
+        columns.end()?;
+        let mut numbers = Vec::with_capacity(n);
+        let mut sizes = Vec::with_capacity(n);
+        for i in 0..n {
+            numbers.push(pivots.get(i)?.checked_sub(1));
+            let (vertices, knots) = (vertices.get(i)?, knots.get(i)?);
+            let (triangles, bytes) = (triangles.get(i)?, bytes.get(i)?);
+            let crc = crc.get(i)? as u32;
+            sizes.push(ChunkSize { vertices, knots, triangles, bytes, crc });
+        }
+        let mut tree = Tree(Vec::with_capacity(n));
+        tree.take(&numbers, 0..n_ranks, 0)?;
+        if tree.0.len() != n {
+            return Err(Error::input(format!("{n} chunks, expected {}", tree.0.len())));
+        }
+        tree.check_work(&sizes)?;
+        Ok((tree, sizes))
+    }
+
+    /// Appends the chunk whose pivot is next, and those below it.
+    fn take(&mut self, pivots: &[Option<u64>], span: Range<u32>, depth: usize) -> Result<()> {
+        let at = self.0.len();
+        let pivot = *pivots.get(at).ok_or_else(|| Error::input("chunks are missing"))?;
+        let is_inside = |pivot: u64| {
+            pivot >= span.start.into() && pivot + 1 < span.end.into() && depth < MAX_DEPTH
+        };
+        if let Some(pivot) = pivot.filter(|&pivot| !is_inside(pivot)) {
+            return Err(Error::input(format!(
+                "chunk {at} has its pivot at rank {pivot}, expected one inside {span:?} and a depth of at most {MAX_DEPTH}"
+            )));
+        }
+        let pivot = pivot.map(|pivot| pivot as u32);
+        self.0.push(Chunk { span: span.clone(), pivot, end: 0 });
+        if let Some(pivot) = pivot {
+            self.take(pivots, span.start..pivot + 1, depth + 1)?;
+            self.take(pivots, pivot + 1..span.end, depth + 1)?;
+        }
+        self.0[at].end = self.0.len();
+        Ok(())
+    }
+
+    /// Checks that no chunk has much more above it than the whole is large: a small file could make a reader slow.
+    fn check_work(&self, sizes: &[ChunkSize]) -> Result<()> {
+        let size = |i: usize| sizes[i].vertices + sizes[i].knots + sizes[i].triangles;
+        let whole: u64 = (0..sizes.len()).map(size).sum();
+        // What is in a chunk is looked at again for each chunk below it.
+        let work = (0..sizes.len()).map(|i| size(i).saturating_mul((self.0[i].end - i) as u64));
+        let work = work.fold(0u64, u64::saturating_add);
+        if work > FREE_WORK + MAX_WORK.saturating_mul(whole) {
+            return Err(Error::input(format!(
+                "{} chunks, too many for what is above them",
+                self.0.len()
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// The pivot at which the fewest of these lifetimes are alive; none if too many are everywhere.
+fn pivot(lives: &[(u32, u32)], span: &Range<u32>) -> Option<u32> {
+    let n = span.len();
+    let (mut change, mut births) = (vec![0i64; n], vec![0u64; n]);
+    for &(birth, death) in lives {
+        change[(birth - span.start) as usize] += 1;
+        change[(death - span.start) as usize] -= 1;
+        births[(birth - span.start) as usize] += 1;
+    }
+    let (mut alive, mut born) = (0, 0);
+    let mut best: Option<(i64, u32)> = None;
+    for (rank, i) in span.clone().zip(0..n.saturating_sub(1)) {
+        alive += change[i];
+        born += births[i];
+        let before = (born as i64 - alive) as f64 / lives.len() as f64;
+        let after = 1.0 - born as f64 / lives.len() as f64;
+        let is_aside =
+            |share: f64| share >= SHARE_ASIDE * (1.0 - alive as f64 / lives.len() as f64);
+        if is_aside(before) && is_aside(after) && best.is_none_or(|(least, _)| alive < least) {
+            best = Some((alive, rank));
+        }
+    }
+    let (alive, rank) = best?;
+    ((alive as f64) <= MAX_ALIVE * lives.len() as f64).then_some(rank)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle((birth, death): (u32, u32)) -> Triangle {
+        Triangle { vertices: [0, 1, 2], birth, death, cap: false }
+    }
+
+    /// Chunks of lifetimes of 20 ranks, one born at each rank.
+    fn tree(n: u32, most: usize) -> (Tree, Vec<Triangle>) {
+        let lives: Vec<(u32, u32)> = (0..n).map(|birth| (birth, birth + 20)).collect();
+        let mut tree = Tree(Vec::new());
+        tree.split(lives.clone(), 0..n + 21, most);
+        (tree, lives.into_iter().map(triangle).collect())
+    }
+
+    #[test]
+    fn each_triangle_is_in_a_chunk_above_all_ranks_at_which_it_is_alive() {
+        let (tree, triangles) = tree(1000, 60);
+        assert!(tree.0.len() > 20, "{} chunks", tree.0.len());
+        let mut counts = vec![0; tree.0.len()];
+        for t in &triangles {
+            let i = tree.chunk_of(t) as usize;
+            let chunk = &tree.0[i];
+            assert!(chunk.span.contains(&t.birth) && chunk.span.contains(&t.death));
+            assert!(chunk.pivot.is_none_or(|pivot| t.birth <= pivot && pivot < t.death));
+            counts[i] += 1;
+        }
+        let of_leaves = tree.0.iter().zip(&counts).filter(|(chunk, _)| chunk.pivot.is_none());
+        assert!(of_leaves.clone().all(|(_, &n)| n <= 60));
+        let spans: u32 = of_leaves.map(|(chunk, _)| chunk.span.len() as u32).sum();
+        assert_eq!(spans, 1021, "every rank is in one chunk without children");
+    }
+
+    #[test]
+    fn the_common_chunk_is_above_both() {
+        let (tree, _) = tree(500, 40);
+        let n = tree.0.len() as u32;
+        let is_above =
+            |a: u32, b: u32| (a as usize..tree.0[a as usize].end).contains(&(b as usize));
+        for a in 0..n {
+            for b in 0..n {
+                let common = tree.common(a, b);
+                assert!(is_above(common, a) && is_above(common, b));
+                let is_lower = |c: u32| c > common && is_above(c, a) && is_above(c, b);
+                assert!(!(0..n).any(is_lower), "{common} above {a} and {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_and_what_is_no_tree_is_refused() {
+        let (tree, _) = tree(500, 40);
+        let sizes: Vec<ChunkSize> = (0..tree.0.len() as u64)
+            .map(|i| ChunkSize {
+                vertices: i,
+                knots: 3 * i,
+                triangles: 2 * i,
+                bytes: 100 + i,
+                crc: 7,
+            })
+            .collect();
+        let read = |bytes: Vec<u8>, n: u32| Tree::read(&Content::Plain(bytes.into()), n);
+        let (again, again_sizes) = read(tree.write(&sizes), 521).expect("as written");
+        assert!(again == tree && again_sizes == sizes);
+        let refused = |mut tree: Tree, change: fn(&mut Vec<Chunk>)| {
+            change(&mut tree.0);
+            let sizes = vec![ChunkSize::default(); tree.0.len()];
+            read(tree.write(&sizes), 521).expect_err("no tree").to_string()
+        };
+        assert!(refused(tree.clone(), |chunks| chunks.truncate(5)).contains("missing"));
+        let doubled = refused(tree.clone(), |chunks| chunks.push(chunks[0].clone()));
+        assert!(doubled.contains("expected"), "{doubled}");
+        let outside = refused(tree, |chunks| chunks[0].pivot = Some(520));
+        assert!(outside.contains("pivot at rank 520"), "{outside}");
+    }
+
+    #[test]
+    fn many_chunks_below_a_large_one_are_refused() {
+        // 60 chunks below a root that has everything.
+        let n = 61;
+        let mut tree = Tree(Vec::new());
+        let pivots: Vec<Option<u64>> =
+            (0..n).map(|i| (i % 2 == 0 && i + 1 < n).then_some(i / 2)).collect();
+        tree.take(&pivots, 0..100, 0).expect("a chain");
+        let mut sizes = vec![ChunkSize::default(); tree.0.len()];
+        sizes[0].knots = 1 << 32;
+        tree.check_work(&sizes).expect("61 times the whole");
+        let error = |factor: usize| {
+            let chunk = Chunk { span: 0..9, pivot: None, end: factor };
+            let sizes = [sizes[0]].into_iter().chain(vec![ChunkSize::default(); factor - 1]);
+            Tree(vec![chunk; factor]).check_work(&sizes.collect::<Vec<_>>())
+        };
+        assert!(error(400).is_err());
+    }
+}
