@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::by_rank::ByRank;
 use super::column::{CodedColumns, Column, Columns, unzigzag, zigzag};
-use super::holes::{Candidate, Gate, Holes};
+use super::holes::{Candidate, Gate, Holes, Reason};
 use super::living::Living;
 use super::path::Path;
 use super::tree::{Chunk, DOWNWARDS, UPWARDS, end_of};
@@ -41,12 +41,22 @@ const DEPTH: u64 = 4;
 /// No vertex.
 const NONE: u32 = u32::MAX;
 
-/// Kinds of death flags: by whether all vertices of the candidate are lattice vertices, and whether its dying neighbour has a vertex
-/// that ends. Each has a column, as the frequencies differ.
-const KINDS: usize = 4;
+/// Kinds of death flags. Each has a column, as the frequencies differ: by whether all vertices of the candidate are lattice vertices, and
+/// whether a neighbour dies with a vertex; or, in chunks below others, one for candidates that are replaced.
+const KINDS: usize = 5;
+const REPLACED: usize = 4;
 
 fn kind(candidate: Candidate, vertices: [u32; 3], is_lattice: impl FnMut(u32) -> bool) -> usize {
-    2 * usize::from(vertices.into_iter().all(is_lattice)) + usize::from(candidate.is_near_end)
+    match candidate.reason {
+        Reason::Replaced => REPLACED,
+        Reason::NearEnd => 2 * usize::from(vertices.into_iter().all(is_lattice)) + 1,
+        Reason::NearOther => 2 * usize::from(vertices.into_iter().all(is_lattice)),
+    }
+}
+
+/// The number of columns of death flags in a chunk.
+fn n_kinds(is_root: bool) -> usize {
+    if is_root { REPLACED } else { KINDS }
 }
 
 /// The triangles of a chunk to be written, by birth.
@@ -105,14 +115,14 @@ impl Traversal {
         code
     }
 
-    /// Appends the columns to a section.
-    pub(super) fn write(&self, columns: &mut CodedColumns) {
+    /// Appends the columns to a section. The root has no chunk above.
+    pub(super) fn write(&self, columns: &mut CodedColumns, is_root: bool) {
         columns.counted(self.births.iter().map(|&n| n.into()));
         columns.counted(self.codes.iter().map(|&code| code.into()));
         columns.counted(self.offsets.iter().copied());
         columns.counted(self.depths.iter().map(|&depth| depth.into()));
         columns.counted(self.seeds.iter().map(|&seed| seed.into()));
-        for flags in &self.death_flags {
+        for flags in &self.death_flags[..n_kinds(is_root)] {
             columns.counted(flags.iter().map(|&dies| dies.into()));
         }
     }
@@ -361,16 +371,16 @@ pub(super) struct TraversalReader<'a> {
     last: u32,
     depths: ColumnReader<'a>,
     seeds: ColumnReader<'a>,
-    death_flags: [ColumnReader<'a>; KINDS],
+    death_flags: Vec<ColumnReader<'a>>,
 }
 
 impl<'a> TraversalReader<'a> {
     /// Takes the columns off the front of a section, with so many numbers of births.
-    pub(super) fn new(columns: &mut Columns<'a>, n_births: usize) -> Result<Self> {
+    pub(super) fn new(columns: &mut Columns<'a>, n_births: usize, is_root: bool) -> Result<Self> {
         let mut next = |bits: u32| ColumnReader::new(columns, bits);
         let (births, codes, offsets) = (next(32)?, next(8)?, next(33)?);
         let (depths, seeds) = (next(8)?, next(32)?);
-        let death_flags = [next(1)?, next(1)?, next(1)?, next(1)?];
+        let death_flags = (0..n_kinds(is_root)).map(|_| next(1)).collect::<Result<_>>()?;
         if births.n != n_births {
             let n = births.n;
             return Err(Error::input(format!("births at {n} ranks, expected {n_births}")));

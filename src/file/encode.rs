@@ -216,7 +216,7 @@ impl<'a> Encoder<'a> {
             n_chunks: self.tree.chunks().len(),
         };
         let (triangles, (vert, positions)) = rayon::join(
-            || write_triangles(&own, (&order, &traversal), chunk.pivot, n_isovalues),
+            || write_triangles((&order, &traversal), of),
             || {
                 let vert = write_ranks(&ranks, chunk.pivot, n_isovalues);
                 (vert, write_geometry(of, &mut path.positions, &self.samples, self.units))

@@ -83,8 +83,9 @@ fn encode_part(
         if lattice_edge.is_none() && !positions.is_empty() {
             part.axes.push(axis as u64);
         }
-        for (i, stored) in positions.iter().enumerate() {
-            let predicted = predictor.expected(v, first + i, last);
+        for (i, (knot, before)) in predictor.knots(v).enumerate() {
+            let stored = positions[knot - first];
+            let predicted = predictor.expected(v, (knot, before), last);
             match lattice_edge {
                 Some((start, direction)) if i == 0 => {
                     let nearest = samples.nearest(predicted);
@@ -178,10 +179,12 @@ pub(super) fn read_geometry(
     columns.end()?;
 
     let mut predictor = Predictor::new(of, std::mem::take(positions))?;
+    let has_knots = |&v: &u32| ranks.life(v).is_some();
+    let mut last = (0..of.n_above).rev().find(has_knots);
     for v in vertices {
         let (mut sample, mut direction) = ([0; 3], 0);
-        for i in 0..ranks.of(v).map_or(0, <[u32]>::len) {
-            let predicted = predictor.predict(v);
+        for (i, (knot, before)) in predictor.knots(v).enumerate() {
+            let predicted = predictor.expected(v, (knot, before), last);
             let position = if ranks.is_lattice(v) {
                 if i == 0 {
                     direction = read_direction(&directions, starts.next)?;
@@ -202,8 +205,9 @@ pub(super) fn read_geometry(
                     ))
                 })?
             };
-            predictor.push(position);
+            predictor.set(knot, position);
         }
+        last = Some(v).filter(has_knots).or(last);
     }
     *positions = predictor.into_positions();
     Ok(())

@@ -66,12 +66,33 @@ pub(super) struct Gate {
     behind: u32,
 }
 
-/// A neighbour of a dying triangle, which has a flag that says whether it dies too.
+/// A triangle that has a flag that says whether it dies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) triangle: u32,
-    /// Whether the dying triangle dies because one of its vertices ends.
-    pub(super) is_near_end: bool,
+    pub(super) reason: Reason,
+}
+
+/// Why a triangle may die.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reason {
+    /// A neighbour dies because one of its vertices ends.
+    NearEnd,
+    /// A neighbour dies for another reason.
+    NearOther,
+    /// A known triangle with one of its half-edges is born.
+    Replaced,
+}
+
+/// What is known of the deaths at a rank before any flag.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct KnownDeaths<'a> {
+    /// Vertices that end.
+    pub(super) ended: &'a [u32],
+    /// Triangles that die.
+    pub(super) dying: &'a [u32],
+    /// The vertices of triangles that are born.
+    pub(super) born: &'a [[u32; 3]],
 }
 
 /// The triangles that die at a rank, in the order in which they are found.
@@ -122,25 +143,37 @@ impl Holes {
         self.vertices[triangle as usize]
     }
 
-    /// Finds the triangles that die at a rank: those around the vertices `ended`, and `known` ones; then the triangles of `explicit`, whose death
-    /// is stored; and after each of these steps, neighbours of dying triangles for which `dies` returns true. Returns all of them in this
-    /// order, and the triangles of `explicit` that were not found otherwise.
+    /// Finds the triangles that die at a rank: those around vertices that end, and others that are known; those replaced by triangles
+    /// that are born, if `dies` returns true; then the triangles of `explicit`, whose death is stored; and before and after
+    /// each of these, neighbours of dying triangles for which `dies` returns true. Returns all of them in this order, and the
+    /// triangles of `explicit` that were not found otherwise.
     pub(super) fn dying<E>(
         &mut self,
         rank: u32,
-        [ended, known]: [&[u32]; 2],
+        known: KnownDeaths,
         explicit: impl Iterator<Item = u32>,
         mut dies: impl FnMut(&Holes, Candidate) -> Result<bool, E>,
     ) -> Result<[Vec<u32>; 2], E> {
         let (mut dying, mut needed) = (Vec::new(), Vec::new());
-        for &v in ended {
+        for &v in known.ended {
             self.kill_around(v, &mut dying);
         }
         let n_at_ends = dying.len();
-        for &t in known {
+        for &t in known.dying {
             self.kill(t, &mut dying);
         }
         let mut deaths = Deaths { rank, n_at_ends, dying, n_visited: 0 };
+        for [a, b, c] in known.born {
+            for [from, to] in [[a, b], [b, c], [c, a]] {
+                if let Some(triangle) = self.at_edge(*from, *to) {
+                    self.ask(
+                        Candidate { triangle, reason: Reason::Replaced },
+                        &mut deaths,
+                        &mut dies,
+                    )?;
+                }
+            }
+        }
         self.visit_neighbours(&mut deaths, &mut dies)?;
         for t in explicit {
             if self.kill(t, &mut deaths.dying) {
@@ -149,6 +182,37 @@ impl Holes {
             }
         }
         Ok([deaths.dying, needed])
+    }
+
+    /// The living triangle with a half-edge, if it is found near the outgoing half-edge of its start.
+    fn at_edge(&self, from: u32, to: u32) -> Option<u32> {
+        let first = self.outgoing[from as usize];
+        let end = |h: u32| self.vertices[(next(h) / 3) as usize][next(h) as usize % 3];
+        let some = |h: u32| (h != NONE).then_some(h);
+        let one_way =
+            std::iter::successors(some(first), |&h| some(self.twins[previous(h) as usize]));
+        let other_way =
+            std::iter::successors(some(first), |&h| some(self.twins[h as usize]).map(next));
+        let mut around = one_way.take(MAX_SEARCH).chain(other_way.take(MAX_SEARCH));
+        around.find(|&h| end(h) == to).map(|h| h / 3)
+    }
+
+    /// Evaluates the flag of a triangle, unless it is dead or had one at this rank.
+    fn ask<E>(
+        &mut self,
+        candidate: Candidate,
+        deaths: &mut Deaths,
+        dies: &mut impl FnMut(&Holes, Candidate) -> Result<bool, E>,
+    ) -> Result<(), E> {
+        let flag_rank = &mut self.flag_rank[candidate.triangle as usize];
+        if [DEAD, deaths.rank].contains(flag_rank) {
+            return Ok(());
+        }
+        *flag_rank = deaths.rank;
+        if dies(self, candidate)? {
+            self.kill(candidate.triangle, &mut deaths.dying);
+        }
+        Ok(())
     }
 
     /// Marks a triangle as dead; returns whether it was alive.
@@ -192,18 +256,13 @@ impl Holes {
         dies: &mut impl FnMut(&Holes, Candidate) -> Result<bool, E>,
     ) -> Result<(), E> {
         while let Some(&dead) = deaths.dying.get(deaths.n_visited) {
-            let is_near_end = deaths.n_visited < deaths.n_at_ends;
+            let is_at_end = deaths.n_visited < deaths.n_at_ends;
+            let reason = if is_at_end { Reason::NearEnd } else { Reason::NearOther };
             deaths.n_visited += 1;
             for h in 3 * dead..3 * dead + 3 {
                 let twin = self.twins[h as usize];
-                let triangle = twin / 3;
-                if twin == NONE || [DEAD, deaths.rank].contains(&self.flag_rank[triangle as usize])
-                {
-                    continue;
-                }
-                self.flag_rank[triangle as usize] = deaths.rank;
-                if dies(self, Candidate { triangle, is_near_end })? {
-                    self.kill(triangle, &mut deaths.dying);
+                if twin != NONE {
+                    self.ask(Candidate { triangle: twin / 3, reason }, deaths, dies)?;
                 }
             }
         }
@@ -419,6 +478,10 @@ mod tests {
         holes
     }
 
+    fn ended(ended: &[u32]) -> KnownDeaths<'_> {
+        KnownDeaths { ended, ..KnownDeaths::default() }
+    }
+
     fn never(_: &Holes, _: Candidate) -> Result<bool, ()> {
         Ok(false)
     }
@@ -427,7 +490,7 @@ mod tests {
     fn the_triangles_around_a_vertex_die_with_it_and_leave_one_hole() {
         let mut holes = fans(7, &[(6, &[0, 1, 2, 3, 4, 5])]);
         let [found, explicit] =
-            holes.dying(1, [&[6], &[]], std::iter::empty(), never).expect("no candidate");
+            holes.dying(1, ended(&[6]), std::iter::empty(), never).expect("no candidate");
         assert_eq!((found.len(), explicit.len()), (6, 0));
         holes.open_gates(&found);
         // Along the hole, from any of its gates: the five other vertices and back.
@@ -446,7 +509,7 @@ mod tests {
     fn a_filled_hole_has_no_gates_and_its_triangles_are_neighbours() {
         let mut holes = fans(6, &[(5, &[0, 1, 2, 3, 4])]);
         let [found, _] =
-            holes.dying(1, [&[5], &[]], std::iter::empty(), never).expect("no candidate");
+            holes.dying(1, ended(&[5]), std::iter::empty(), never).expect("no candidate");
         holes.open_gates(&found);
         for _ in 0..3 {
             let gate = holes.pop().expect("a gate");
@@ -461,12 +524,12 @@ mod tests {
             Ok::<bool, ()>(true)
         };
         let [found, explicit] =
-            holes.dying(2, [&[], &[]], std::iter::once(5), dies).expect("answered");
+            holes.dying(2, ended(&[]), std::iter::once(5), dies).expect("answered");
         assert_eq!((found.len(), explicit.as_slice()), (3, &[5][..]));
         assert_eq!(candidates.len(), 2);
         // Dead triangles are neither found nor candidates again.
         let [found, explicit] =
-            holes.dying(3, [&[0, 1], &[]], [5, 6].into_iter(), never).expect("no candidate");
+            holes.dying(3, ended(&[0, 1]), [5, 6].into_iter(), never).expect("no candidate");
         assert!(found.is_empty() && explicit.is_empty());
     }
 
@@ -475,7 +538,7 @@ mod tests {
         // Two fans, around 6 and 7, with vertex 0 in common.
         let mut holes = fans(8, &[(6, &[0, 1, 2]), (7, &[0, 3, 4])]);
         let [found, _] =
-            holes.dying(1, [&[6, 7], &[]], std::iter::empty(), never).expect("no candidate");
+            holes.dying(1, ended(&[6, 7]), std::iter::empty(), never).expect("no candidate");
         holes.open_gates(&found);
         assert_eq!((found.len(), holes.gates.len()), (6, 6));
         for gate in &holes.gates {

@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use super::by_rank::ByRank;
-use super::holes::{Candidate, Gate, Holes};
+use super::holes::{Candidate, Gate, Holes, KnownDeaths};
 use crate::spectrum::Triangle;
 
 /// Marks a known triangle in [`Living::owners`].
@@ -95,8 +95,11 @@ impl<'a> Living<'a> {
         explicit: impl Iterator<Item = u32>,
         mut dies: impl FnMut(u32, Candidate, [u32; 3]) -> Result<bool, E>,
     ) -> Result<[Vec<u32>; 2], E> {
-        let Living { holes, deaths, places, owners, own, .. } = self;
-        let known = deaths.at(rank).map(|i| places[i as usize]).filter(|&t| t != ABSENT);
+        let Living { holes, known, births, deaths, places, owners, own } = self;
+        let dying = deaths.at(rank).map(|i| places[i as usize]).filter(|&t| t != ABSENT);
+        let born = births.at(rank).map(|i| known[i as usize].vertices);
+        let (dying, born): (Vec<u32>, Vec<[u32; 3]>) = (dying.collect(), born.collect());
+        let known = KnownDeaths { ended, dying: &dying, born: &born };
         let explicit = explicit.map(|i| own[i as usize]);
         let dies = |holes: &Holes, candidate: Candidate| {
             let owner = owners[candidate.triangle as usize];
@@ -104,8 +107,7 @@ impl<'a> Living<'a> {
             let is_own = owner & KNOWN == 0;
             Ok(is_own && dies(owner, candidate, holes.vertices(candidate.triangle))?)
         };
-        let [found, explicit] =
-            holes.dying(rank, [ended, &known.collect::<Vec<u32>>()], explicit, dies)?;
+        let [found, explicit] = holes.dying(rank, known, explicit, dies)?;
         holes.open_gates(&found);
         let owned = |triangles: Vec<u32>| {
             let owners = triangles.into_iter().map(|t| owners[t as usize]);

@@ -49,8 +49,7 @@ pub(super) struct Predictor<'a> {
     neighbours: Vec<Neighbour>,
     /// Of the knots of the path.
     positions: Vec<[i32; 3]>,
-    /// The vertex that had knots last.
-    last_vertex: Option<u32>,
+    pivot: Option<u32>,
 }
 
 /// A neighbour, and the number of times that it occurs.
@@ -70,7 +69,7 @@ impl<'a> Predictor<'a> {
     ///
     /// [`Error::Input`] if there are more look-ups of neighbours than any mesh needs.
     pub(super) fn new(of: Surroundings<'a>, positions: Vec<[i32; 3]>) -> Result<Self> {
-        let Surroundings { ranks, isovalues, n_above, n_chunks, .. } = of;
+        let Surroundings { ranks, isovalues, n_above, pivot, n_chunks, .. } = of;
         let (first_neighbour, neighbours) = lower_neighbours(of);
         let lookups = first_neighbour.windows(2).zip(n_above..).map(|(range, v)| {
             let n_knots = ranks.of(v).map_or(0, <[u32]>::len);
@@ -84,16 +83,7 @@ impl<'a> Predictor<'a> {
                 "{lookups} neighbours of all knots, expected at most {max} for {n_knots} knots"
             )));
         }
-        let last_vertex = n_above.checked_sub(1);
-        Ok(Predictor {
-            ranks,
-            isovalues,
-            n_above,
-            first_neighbour,
-            neighbours,
-            positions,
-            last_vertex: last_vertex.filter(|&v| ranks.life(v).is_some()),
-        })
+        Ok(Predictor { ranks, isovalues, n_above, first_neighbour, neighbours, positions, pivot })
     }
 
     /// The number of the first knot of a vertex.
@@ -111,44 +101,65 @@ impl<'a> Predictor<'a> {
         self.positions
     }
 
-    /// Appends the position of the next knot.
-    pub(super) fn push(&mut self, position: [i32; 3]) {
-        self.positions.push(position);
+    /// Sets the position of a knot.
+    pub(super) fn set(&mut self, knot: usize, position: [i32; 3]) {
+        if self.positions.len() <= knot {
+            self.positions.resize(knot + 1, [0; 3]);
+        }
+        self.positions[knot] = position;
     }
 
-    /// The predicted position of the next knot, which belongs to vertex `v`.
-    pub(super) fn predict(&mut self, v: u32) -> [i32; 3] {
-        let knot = self.positions.len();
-        let is_first = knot == self.ranks.first_knot[v as usize] as usize;
-        let last = if is_first { self.last_vertex.replace(v) } else { None };
-        self.expected(v, knot, last)
+    /// The knots of a vertex in the order in which they are stored, each with the one before it in this order. The first is that at the pivot or
+    /// before it, if the chunk has one: all of its mesh exists there. Those of lattice vertices are stored in their order.
+    pub(super) fn knots(&self, v: u32) -> impl Iterator<Item = (usize, Option<usize>)> + use<> {
+        let (first, end) = (self.first_knot(v), self.first_knot(v + 1));
+        let ranks = &self.ranks.ranks[first..end];
+        let middle = match self.pivot {
+            Some(pivot) if !self.ranks.is_lattice(v) => {
+                first + ranks.partition_point(|&rank| rank <= pivot).saturating_sub(1)
+            }
+            _ => first,
+        };
+        let start = (middle < end).then_some((middle, None));
+        let upwards = (middle + 1..end).map(|knot| (knot, Some(knot - 1)));
+        let downwards = (first..middle).rev().map(|knot| (knot, Some(knot + 1)));
+        start.into_iter().chain(upwards).chain(downwards)
     }
 
-    /// The predicted position of a knot of vertex `v`, given those before it. `last` is the last vertex before `v` that has knots.
-    pub(super) fn expected(&self, v: u32, knot: usize, last: Option<u32>) -> [i32; 3] {
+    /// The predicted position of a knot of vertex `v`, given that before it in the order of [`Predictor::knots`]. `last` is the last vertex
+    /// before `v` that has knots.
+    pub(super) fn expected(
+        &self,
+        v: u32,
+        (knot, before): (usize, Option<usize>),
+        last: Option<u32>,
+    ) -> [i32; 3] {
         let rank = self.ranks.ranks[knot];
         let at = (v - self.n_above) as usize;
         let range = self.first_neighbour[at]..self.first_neighbour[at + 1];
         let neighbours = &self.neighbours[range.start as usize..range.end as usize];
-        let predicted = if knot == self.ranks.first_knot[v as usize] as usize {
-            if neighbours.is_empty() {
+        let predicted = match before {
+            None if neighbours.is_empty() => {
                 let knot = last.map(|u| self.ranks.first_knot[u as usize] as usize);
                 knot.map(|knot| self.position(knot)).unwrap_or_default()
-            } else {
-                mean(neighbours.iter().map(|u| (self.position_at(u.vertex, rank), u.times)))
             }
-        } else {
-            let before = self.ranks.ranks[knot - 1];
-            let here = self.position(knot - 1);
-            let alive = |u: &&Neighbour| {
-                self.ranks.of(u.vertex).and_then(<[u32]>::last).is_some_and(|&last| last >= rank)
-            };
-            let moves = neighbours.iter().filter(alive).map(|u| {
-                let (from, to) =
-                    (self.position_at(u.vertex, before), self.position_at(u.vertex, rank));
-                (combine(from, to, |from, to| to - from), u.times)
-            });
-            combine(here, mean(moves), |here, step| here + step)
+            None => mean(neighbours.iter().map(|u| (self.position_at(u.vertex, rank), u.times))),
+            Some(before) => {
+                let rank_before = self.ranks.ranks[before];
+                let here = self.position(before);
+                let is_upwards = before < knot;
+                let alive = |u: &&Neighbour| {
+                    self.ranks.life(u.vertex).is_some_and(|(first, last)| {
+                        if is_upwards { last >= rank } else { first <= rank }
+                    })
+                };
+                let moves = neighbours.iter().filter(alive).map(|u| {
+                    let (from, to) =
+                        (self.position_at(u.vertex, rank_before), self.position_at(u.vertex, rank));
+                    (combine(from, to, |from, to| to - from), u.times)
+                });
+                combine(here, mean(moves), |here, step| here + step)
+            }
         };
         predicted.map(|x| x.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
     }

@@ -11,6 +11,7 @@ use super::connectivity::{FileOrder, Traversal, TraversalReader};
 use super::holes::{Candidate, MAX_TRIANGLES};
 use super::living::Living;
 use super::path::Path;
+use super::predict::Surroundings;
 use super::rank_intervals::{IntervalReader, write_intervals};
 use super::trajectories::{Ranks, too_many_unused};
 use super::tree::{Chunk, DOWNWARDS, UPWARDS};
@@ -33,15 +34,15 @@ fn interval(from: u32, triangle: &Triangle, direction: usize, n_isovalues: u32) 
     }
 }
 
-/// Writes section `TRIA` of a chunk with these triangles.
+/// Writes section `TRIA` of a chunk.
 pub(super) fn write_triangles(
-    triangles: &[Triangle],
     (order, traversal): (&FileOrder, &Traversal),
-    pivot: Option<u32>,
-    n_isovalues: u32,
+    of: Surroundings,
 ) -> Content<'static> {
+    let Surroundings { triangles, n_above, pivot, isovalues, .. } = of;
+    let n_isovalues = isovalues.len() as u32;
     let mut columns = CodedColumns::new();
-    traversal.write(&mut columns);
+    traversal.write(&mut columns, n_above == 0);
     for &direction in directions(pivot) {
         let mut before = 0;
         let mut intervals = Vec::new();
@@ -88,7 +89,7 @@ pub(super) fn read_triangles(content: &Content, tables: ChunkTables) -> Result<V
     let ChunkTables { chunk, path, n_above, n_isovalues, max_unused } = tables;
     let mut columns = content.columns();
     let n_births = if chunk.pivot.is_some() { 1 } else { chunk.span.len() };
-    let traversal = TraversalReader::new(&mut columns, n_births)?;
+    let traversal = TraversalReader::new(&mut columns, n_births, n_above == 0)?;
     let n = traversal.n_triangles()?;
     if n > MAX_TRIANGLES - path.triangles.len().min(MAX_TRIANGLES) {
         return Err(Error::input(format!("{n} triangles, expected at most {MAX_TRIANGLES}")));
