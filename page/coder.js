@@ -1,7 +1,9 @@
 // An adaptive binary range decoder. FORMAT.md, "Coded columns"; the twin of src/file/coder.rs.
 
-/** The rates of the two probability estimates of a model, as shifts. */
+/** The rates of the two probability estimates of a model in the end, as shifts. */
 const [FAST, SLOW] = [4, 7];
+/** A model counts up to so many decisions; until then its rates are higher. */
+const MAX_COUNT = 2 ** SLOW - 3;
 /** Bits of a probability. */
 const PROBABILITY_BITS = 15;
 /** The range is multiplied by 256 while it is below this. */
@@ -28,6 +30,7 @@ class Decoder {
         for (let i = 0; i < 5; i++) this.shift();
         /** For each model, two estimates of the probability of 0, times 2^16. */
         this.models = new Uint16Array(2 * MODELS);
+        this.counts = new Uint8Array(MODELS);
     }
 
     shift() {
@@ -36,8 +39,13 @@ class Decoder {
 
     /** Decodes a decision, 0 or 1, with a model. */
     decide(model) {
-        const { models } = this;
+        const { models, counts } = this;
         const at = 2 * model;
+        const count = counts[model];
+        const early = 31 - Math.clz32(count + 4);
+        if (count < MAX_COUNT) counts[model] = count + 1;
+        const fastRate = early < FAST ? early : FAST;
+        const slowRate = early < SLOW ? early : SLOW;
         const fast = models[at];
         const slow = models[at + 1];
         const bound = (this.range >>> PROBABILITY_BITS) * ((fast + slow) >>> 2);
@@ -45,12 +53,12 @@ class Decoder {
         if (decision) {
             this.code -= bound;
             this.range -= bound;
-            models[at] = fast - (fast >>> FAST);
-            models[at + 1] = slow - (slow >>> SLOW);
+            models[at] = fast - (fast >>> fastRate);
+            models[at + 1] = slow - (slow >>> slowRate);
         } else {
             this.range = bound;
-            models[at] = fast + ((65536 - fast) >>> FAST);
-            models[at + 1] = slow + ((65536 - slow) >>> SLOW);
+            models[at] = fast + ((65536 - fast) >>> fastRate);
+            models[at + 1] = slow + ((65536 - slow) >>> slowRate);
         }
         while (this.range < MIN_RANGE) {
             this.range *= 256;
@@ -78,6 +86,7 @@ class Decoder {
     /** Fills an array with the next numbers. */
     row(numbers) {
         this.models.fill(32768);
+        this.counts.fill(0);
         let [last, before] = [0, 0];
         for (let i = 0; i < numbers.length; i++) {
             const context = last * KINDS_BEFORE + Math.min(before, KINDS_BEFORE - 1);

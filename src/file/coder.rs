@@ -10,7 +10,7 @@
 //!
 //! No probability is below 1/1024. All arithmetic is on integers, so it is the same everywhere.
 
-/// Adaptation rates of a model's estimates: a decision changes them by 1/16 and 1/128 of their error.
+/// Adaptation rates of a model's estimates: in the end a decision changes them by 1/16 and 1/128 of their error.
 const FAST_SHIFT: u32 = 4;
 const SLOW_SHIFT: u32 = 7;
 
@@ -23,15 +23,20 @@ const MIN_RANGE: u32 = 1 << 24;
 /// Bytes that a decoder reads ahead.
 const LOOKAHEAD: usize = 5;
 
+/// A model counts up to so many decisions. Until then its estimates change by more, as a mean of all decisions would.
+const MAX_COUNT: u8 = (1 << SLOW_SHIFT) - 3;
+
 /// A model of a decision: two estimates of the probability of 0, in units of 2^-16.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Model {
     fast: u16,
     slow: u16,
+    /// Decisions so far, at most [`MAX_COUNT`].
+    count: u8,
 }
 
 impl Model {
-    pub(super) const NEW: Model = Model { fast: 1 << 15, slow: 1 << 15 };
+    pub(super) const NEW: Model = Model { fast: 1 << 15, slow: 1 << 15, count: 0 };
 
     /// The probability of 0, in units of 2^-15.
     fn probability(self) -> u32 {
@@ -39,8 +44,10 @@ impl Model {
     }
 
     fn learn(&mut self, decision: bool) {
+        let early = (u32::from(self.count) + 4).ilog2();
+        self.count = MAX_COUNT.min(self.count + 1);
         for (estimate, shift) in [(&mut self.fast, FAST_SHIFT), (&mut self.slow, SLOW_SHIFT)] {
-            let x = u32::from(*estimate);
+            let (x, shift) = (u32::from(*estimate), shift.min(early));
             let x = if decision { x - (x >> shift) } else { x + (((1 << 16) - x) >> shift) };
             *estimate = x as u16;
         }

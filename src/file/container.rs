@@ -8,6 +8,8 @@
 use std::ops::Range;
 
 use super::column::Content;
+use super::decode::UNUSED_PER_BYTE;
+use super::encode::ChunkContents;
 use super::header::{HEADER_LENGTH, Info, MAX_INFO, after_header, header, in_section, read_info};
 use super::section::{Packing, split_section, trailing_bytes, write_section};
 use super::source::Source;
@@ -38,7 +40,7 @@ pub(super) struct TableContents {
     pub(super) collapses: Content<'static>,
 }
 
-/// A file of these chunks, each with the least number of stored bytes of its section `VERT`.
+/// A file of these chunks.
 ///
 /// # Errors
 ///
@@ -46,7 +48,7 @@ pub(super) struct TableContents {
 pub(super) fn assembled(
     tables: &TableContents,
     tree: &Tree,
-    chunks: Vec<([Content<'static>; 3], ChunkSize, usize)>,
+    chunks: Vec<ChunkContents>,
 ) -> Result<Vec<u8>> {
     let n = tables.info.bytes().len();
     if n > MAX_INFO {
@@ -56,12 +58,15 @@ pub(super) fn assembled(
     }
     let mut file = header();
     let mut sizes = Vec::with_capacity(chunks.len());
-    for ([ranks, triangles, positions], size, min) in chunks {
+    for ChunkContents { sections, size, n_unused } in chunks {
         let start = file.len();
+        let [ranks, triangles, positions] = &sections;
+        // A reader refuses more vertices without a triangle than both sections have room for.
+        let min = n_unused.div_ceil(UNUSED_PER_BYTE).saturating_sub(positions.bytes().len());
         for (tag, content, min) in
             [(*b"VERT", ranks, min), (*b"TRIA", triangles, 0), (*b"POSN", positions, 0)]
         {
-            write_section(&mut file, tag, &content, Packing::Deflated, min);
+            write_section(&mut file, tag, content, Packing::Deflated, min);
         }
         let crc = crc32fast::hash(&file[start..]);
         sizes.push(ChunkSize { bytes: (file.len() - start) as u64, crc, ..size });

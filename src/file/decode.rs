@@ -17,9 +17,10 @@ use super::units::Units;
 use crate::error::{Error, Result};
 use crate::spectrum::{Knot, Patch, Triangle};
 
-/// The number of vertices without a triangle in a chunk is at most this, divided by the number of chunks, plus the stored bytes of section `VERT`.
-/// Without a limit a small file could have millions of them.
+/// The number of vertices without a triangle in a chunk is at most this, divided by the number of chunks, plus [`UNUSED_PER_BYTE`] for each stored
+/// byte of sections `VERT` and `POSN`. Without a limit a small file could have millions of them.
 const FREE_UNUSED_VERTICES: usize = 4096;
+pub(super) const UNUSED_PER_BYTE: usize = 4;
 
 /// The tables of a file that its chunks refer to.
 pub(super) struct Decoder<'a> {
@@ -211,7 +212,8 @@ impl<'a> Sections<'a> {
     /// The most vertices without a triangle. Each of the others takes a number of `TRIA` where it is used
     /// first, so a chunk with too many vertices is refused before they are unpacked.
     fn max_unused(&self, n_chunks: usize) -> Result<usize> {
-        let max = self.ranks.n_stored().saturating_add(FREE_UNUSED_VERTICES / n_chunks);
+        let n_stored = self.ranks.n_stored().saturating_add(self.positions.n_stored());
+        let max = n_stored.saturating_mul(UNUSED_PER_BYTE) + FREE_UNUSED_VERTICES / n_chunks;
         let n = self.ranks.first_count().unwrap_or(0);
         if n > max.saturating_add(self.triangles.n_content()) as u64 {
             return Err(Error::input(format!(

@@ -35,7 +35,7 @@ const METHOD_ZLIB: u32 = 1;
 const METHOD_CODED: u32 = 2;
 
 /// Most numbers of coded columns per stored byte.
-const MAX_NUMBERS_PER_BYTE: usize = 16;
+const MAX_NUMBERS_PER_BYTE: usize = 64;
 
 /// How a section of plain content is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

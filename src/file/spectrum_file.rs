@@ -84,9 +84,7 @@ pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
         isovalues: Content::Plain(tables::write_isovalues(spectrum.isovalues()).into()),
         collapses: Content::Plain(tables::write_collapses(spectrum.collapses()).into()),
     };
-    // A reader refuses more vertices without a triangle than the section has bytes.
-    let chunks = chunks.into_iter().map(|chunk| (chunk.sections, chunk.size, chunk.n_unused));
-    Ok(Written { bytes: assembled(&tables, &tree, chunks.collect())?, spectrum, order })
+    Ok(Written { bytes: assembled(&tables, &tree, chunks)?, spectrum, order })
 }
 
 fn encoded(spectrum: Spectrum) -> Result<(Tree, Encoded)> {
