@@ -227,6 +227,18 @@ impl Numbers<'_> {
 }
 
 impl Column<'_> {
+    /// The column without its source: decoded numbers are in memory already.
+    pub(super) fn into_owned(self) -> Column<'static> {
+        let Column { numbers, limit } = self;
+        let numbers = match numbers {
+            Numbers::Planes { n, .. } => Numbers::Widest((0..n).map(|i| numbers.get(i)).collect()),
+            Numbers::Narrow(all) => Numbers::Narrow(all),
+            Numbers::Wide(all) => Numbers::Wide(all),
+            Numbers::Widest(all) => Numbers::Widest(all),
+        };
+        Column { numbers, limit }
+    }
+
     /// Number `i`.
     pub(super) fn get(&self, i: usize) -> Result<u64> {
         let value = self.numbers.get(i);

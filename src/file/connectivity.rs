@@ -194,7 +194,7 @@ impl Writer<'_> {
         let Input { triangles, chunk, .. } = self.input;
         self.living.add_known_at(pivot);
         self.births(0, triangles);
-        let down = self.living.downwards();
+        let mut down = Some(self.living.downwards());
         for direction in [UPWARDS, DOWNWARDS] {
             let ends = self.ends(direction);
             let mut explicit = ByRank::new(&chunk.span);
@@ -202,7 +202,7 @@ impl Writer<'_> {
                 explicit.push(end_of(&triangles[i as usize], direction), number);
             }
             if direction == DOWNWARDS {
-                self.living = down.clone();
+                down.take().into_iter().for_each(|down| self.living = down);
             }
             for rank in chunk.ranks_from(pivot, direction) {
                 self.deaths(rank, direction, &ends, &explicit);
@@ -340,17 +340,17 @@ impl Writer<'_> {
 
 /// Reads a counted column from the front.
 #[derive(Debug)]
-struct ColumnReader<'a> {
+struct ColumnReader {
     n: usize,
-    column: Column<'a>,
+    column: Column<'static>,
     n_read: usize,
 }
 
-impl<'a> ColumnReader<'a> {
+impl ColumnReader {
     /// Takes a counted column off the front of a section.
-    fn new(columns: &mut Columns<'a>, bits: u32) -> Result<Self> {
+    fn new(columns: &mut Columns, bits: u32) -> Result<Self> {
         let n = columns.count()?;
-        Ok(ColumnReader { n, column: columns.column(n, bits)?, n_read: 0 })
+        Ok(ColumnReader { n, column: columns.column(n, bits)?.into_owned(), n_read: 0 })
     }
 
     fn next(&mut self) -> Result<u64> {
@@ -364,19 +364,19 @@ impl<'a> ColumnReader<'a> {
 
 /// Reads what [`Traversal`] writes.
 #[derive(Debug)]
-pub(super) struct TraversalReader<'a> {
-    births: ColumnReader<'a>,
-    codes: ColumnReader<'a>,
-    offsets: ColumnReader<'a>,
+pub(super) struct TraversalReader {
+    births: ColumnReader,
+    codes: ColumnReader,
+    offsets: ColumnReader,
     last: u32,
-    depths: ColumnReader<'a>,
-    seeds: ColumnReader<'a>,
-    death_flags: Vec<ColumnReader<'a>>,
+    depths: ColumnReader,
+    seeds: ColumnReader,
+    death_flags: Vec<ColumnReader>,
 }
 
-impl<'a> TraversalReader<'a> {
+impl TraversalReader {
     /// Takes the columns off the front of a section, with so many numbers of births.
-    pub(super) fn new(columns: &mut Columns<'a>, n_births: usize, is_root: bool) -> Result<Self> {
+    pub(super) fn new(columns: &mut Columns, n_births: usize, is_root: bool) -> Result<Self> {
         let mut next = |bits: u32| ColumnReader::new(columns, bits);
         let (births, codes, offsets) = (next(32)?, next(8)?, next(33)?);
         let (depths, seeds) = (next(8)?, next(32)?);

@@ -4,15 +4,15 @@ use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
 use super::encode::PARALLEL_SHARES;
-use super::geometry::read_geometry;
+use super::geometry::{PositionReader, read_geometry};
 use super::header::in_section;
 use super::path::Path;
 use super::predict::Surroundings;
 use super::samples::Samples;
 use super::section::{Section, split_section};
 use super::trajectories::{Ranks, read_ranks};
-use super::tree::{Chunk, ChunkSize, Tree};
-use super::triangles::{ChunkTables, read_triangles};
+use super::tree::{ChunkSize, Tree};
+use super::triangles::{ChunkTables, TriangleColumns, read_triangles};
 use super::units::Units;
 use crate::error::{Error, Result};
 use crate::spectrum::{Knot, Patch, Triangle};
@@ -59,7 +59,7 @@ impl Decoder<'_> {
     /// Those of reading the bytes of a chunk; [`Error::Input`] if these are damaged.
     pub(super) fn patch(&self, ranks: RangeInclusive<u32>) -> Result<Patch> {
         let wanted = self.wanted(ranks)?;
-        let chunks = self.below(0, &wanted, &mut Path::default())?;
+        let chunks = self.below(0, self.unpack(0)?, &wanted, &mut Path::default())?;
         let [n_vertices, n_knots] = chunks.iter().fold([0, 0], |[vertices, knots], chunk| {
             [vertices + chunk.ranks.n_vertices() as usize, knots + chunk.positions.len()]
         });
@@ -97,73 +97,109 @@ impl Decoder<'_> {
         Ok(Wanted { is_read, first_vertex, n_triangles })
     }
 
-    /// Reads a chunk and those below it, in pre-order. The path ends above the chunk, then and afterwards.
-    fn below(&self, i: usize, wanted: &Wanted, path: &mut Path) -> Result<Vec<DecodedChunk>> {
-        if !wanted.is_read[i] {
-            return Ok(Vec::new());
-        }
+    /// Reads a chunk, which is unpacked, and those below it, in pre-order. The path ends above the chunk, then and afterwards.
+    fn below(
+        &self,
+        i: usize,
+        unpacked: Unpacked,
+        wanted: &Wanted,
+        path: &mut Path,
+    ) -> Result<Vec<DecodedChunk>> {
         let end_above = path.end();
         let chunk = &self.tree.chunks()[i];
-        let mut all =
-            vec![self.chunk(i, chunk, wanted, path).map_err(in_chunk(i, self.sizes.len()))?];
-        if chunk.pivot.is_some() {
-            let children = self.tree.children(i);
-            let [first, second] = children;
-            let n: u64 = self.sizes[i..chunk.end].iter().map(|size| size.triangles).sum();
-            let are_both_read = children.iter().all(|&child| wanted.is_read[child]);
-            if are_both_read && n.saturating_mul(PARALLEL_SHARES) >= wanted.n_triangles {
+        let children = chunk.pivot.map(|_| self.tree.children(i));
+        let [first, second] = children.map_or([None; 2], |children| {
+            children.map(|child| Some(child).filter(|&child| wanted.is_read[child]))
+        });
+        // Chunks are unpacked by themselves, while those above are put together.
+        let unpack = |child: Option<usize>| child.map(|child| self.unpack(child)).transpose();
+        let (built, (first_unpacked, second_unpacked)) = rayon::join(
+            || self.built(i, unpacked, wanted, path),
+            || rayon::join(|| unpack(first), || unpack(second)),
+        );
+        let mut all = vec![built.map_err(|e| self.in_chunk(i, e))?];
+        let first = first.zip(first_unpacked?);
+        let second = second.zip(second_unpacked?);
+        let n: u64 = self.sizes[i..chunk.end].iter().map(|size| size.triangles).sum();
+        let is_large = n.saturating_mul(PARALLEL_SHARES) >= wanted.n_triangles;
+        match (first, second) {
+            (Some((first, a)), Some((second, b))) if is_large => {
                 let mut other = path.clone();
                 let (a, b) = rayon::join(
-                    || self.below(first, wanted, path),
-                    || self.below(second, wanted, &mut other),
+                    || self.below(first, a, wanted, path),
+                    || self.below(second, b, wanted, &mut other),
                 );
                 all.extend(a?.into_iter().chain(b?));
-            } else {
-                all.extend(self.below(first, wanted, path)?);
-                all.extend(self.below(second, wanted, path)?);
+            }
+            children => {
+                for (child, unpacked) in [children.0, children.1].into_iter().flatten() {
+                    all.extend(self.below(child, unpacked, wanted, path)?);
+                }
             }
         }
         path.truncate(end_above);
         Ok(all)
     }
 
-    /// Reads a chunk and appends it to the path.
-    fn chunk(
-        &self,
-        i: usize,
-        chunk: &Chunk,
-        wanted: &Wanted,
-        path: &mut Path,
-    ) -> Result<DecodedChunk> {
+    /// Unpacks a chunk.
+    fn unpack(&self, i: usize) -> Result<Unpacked> {
+        self.unpacked(i).map_err(|e| self.in_chunk(i, e))
+    }
+
+    fn unpacked(&self, i: usize) -> Result<Unpacked> {
         let bytes = (self.bytes)(i)?;
         let sections = Sections::split(&bytes)?;
         let size = self.sizes[i];
-        let n_chunks = self.sizes.len();
-        let max_unused = sections.max_unused(n_chunks)?;
-        let (n_above, n_isovalues) = (path.n_vertices(), self.isovalues.len() as u32);
-        let knots_above = path.positions.len();
-        let content = sections.ranks.content()?;
-        let ranks = read_ranks(&content, chunk.pivot, n_isovalues, max_unused)
-            .map_err(in_section("VERT"))?;
-        check_count("vertices", ranks.n_vertices().into(), size.vertices)?;
-        check_count("knots", ranks.ranks.len() as u64, size.knots)?;
+        let max_unused = sections.max_unused(self.sizes.len())?;
+        let chunk = &self.tree.chunks()[i];
+        let n_isovalues = self.isovalues.len() as u32;
+        let above = self.tree.above(i).map(|above| self.sizes[above].vertices).sum::<u64>() as u32;
+        let triangles = || {
+            let content = sections.triangles.content()?;
+            TriangleColumns::unpack(&content, chunk, above, n_isovalues).map_err(in_section("TRIA"))
+        };
+        let rest = || {
+            let content = sections.ranks.content()?;
+            let ranks = read_ranks(&content, chunk.pivot, n_isovalues, max_unused)
+                .map_err(in_section("VERT"))?;
+            check_count("vertices", ranks.n_vertices().into(), size.vertices)?;
+            check_count("knots", ranks.ranks.len() as u64, size.knots)?;
+            let content = sections.positions.content()?;
+            let positions = PositionReader::unpack(&content, &ranks).map_err(in_section("POSN"))?;
+            Ok((ranks, positions))
+        };
+        let (triangles, rest) = rayon::join(triangles, rest);
+        let (ranks, positions) = rest?;
+        Ok(Unpacked { ranks, triangles: triangles?, positions, max_unused })
+    }
+
+    /// Puts a chunk together and appends it to the path.
+    fn built(
+        &self,
+        i: usize,
+        unpacked: Unpacked,
+        wanted: &Wanted,
+        path: &mut Path,
+    ) -> Result<DecodedChunk> {
+        let Unpacked { ranks, triangles, positions, max_unused } = unpacked;
+        let chunk = &self.tree.chunks()[i];
+        let (n_above, knots_above) = (path.n_vertices(), path.positions.len());
         path.ranks.append(&ranks);
         let first = wanted.first_vertex[i];
         path.numbers.extend(first..first + ranks.n_vertices());
-        let content = sections.triangles.content()?;
+        let n_isovalues = self.isovalues.len() as u32;
         let tables = ChunkTables { chunk, path, n_above, n_isovalues, max_unused };
-        let triangles = read_triangles(&content, tables).map_err(in_section("TRIA"))?;
-        check_count("triangles", triangles.len() as u64, size.triangles)?;
+        let triangles = read_triangles(triangles, tables).map_err(in_section("TRIA"))?;
+        check_count("triangles", triangles.len() as u64, self.sizes[i].triangles)?;
         let of = Surroundings {
             ranks: &path.ranks,
             isovalues: self.isovalues,
             triangles: &triangles,
             n_above,
             pivot: chunk.pivot,
-            n_chunks,
+            n_chunks: self.sizes.len(),
         };
-        let content = sections.positions.content()?;
-        read_geometry(&content, of, &mut path.positions, &self.samples, self.units)
+        read_geometry(positions, of, &mut path.positions, &self.samples, self.units)
             .map_err(in_section("POSN"))?;
         let positions = path.positions[knots_above..].to_vec();
         let numbered = |t: &Triangle| {
@@ -174,14 +210,27 @@ impl Decoder<'_> {
         path.triangles.extend(triangles);
         Ok(DecodedChunk { ranks, positions, triangles: in_result })
     }
+
+    /// Adds the number and the isovalues of a chunk to an error, if there are several.
+    fn in_chunk(&self, i: usize, error: Error) -> Error {
+        match error {
+            Error::Input(what) if self.sizes.len() > 1 => {
+                let span = &self.tree.chunks()[i].span;
+                let [low, high] =
+                    [span.start, span.end - 1].map(|rank| self.isovalues[rank as usize]);
+                Error::input(format!("chunk {i} (isovalues {low} to {high}): {what}"))
+            }
+            other => other,
+        }
+    }
 }
 
-/// Adds the number of the chunk to an error, if there are several.
-fn in_chunk(i: usize, n_chunks: usize) -> impl Fn(Error) -> Error {
-    move |error| match error {
-        Error::Input(what) if n_chunks > 1 => Error::input(format!("chunk {i}: {what}")),
-        other => other,
-    }
+/// A chunk whose numbers are unpacked.
+struct Unpacked {
+    ranks: Ranks,
+    triangles: TriangleColumns,
+    positions: PositionReader,
+    max_unused: usize,
 }
 
 fn check_count(what: &str, found: u64, declared: u64) -> Result<()> {

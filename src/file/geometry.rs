@@ -4,8 +4,6 @@
 //! their statistics differ: those of lattice vertices ([`super::samples`]), first knots of other vertices, and
 //! further knots of these.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::column::{CodedColumns, Column, Columns, Content, zigzag};
@@ -134,14 +132,14 @@ fn rounded(x: i64, unit: i64) -> i64 {
 
 /// Reads three columns of one length from the front.
 #[derive(Debug)]
-struct VectorReader<'a> {
-    columns: [Column<'a>; 3],
+struct VectorReader {
+    columns: [Column<'static>; 3],
     next: usize,
 }
 
-impl<'a> VectorReader<'a> {
-    fn new(from: &mut Columns<'a>, n: usize) -> Result<Self> {
-        let mut column = || from.column(n, 34);
+impl VectorReader {
+    fn new(from: &mut Columns, n: usize) -> Result<Self> {
+        let mut column = || from.column(n, 34).map(Column::into_owned);
         Ok(VectorReader { columns: [column()?, column()?, column()?], next: 0 })
     }
 
@@ -156,32 +154,48 @@ impl<'a> VectorReader<'a> {
     }
 }
 
-/// Reads section `POSN` of a chunk in a file, and appends its positions to those of the chunks above.
+/// The columns of section `POSN` of a chunk in a file.
+#[derive(Debug)]
+pub(super) struct PositionReader {
+    /// The first samples of lattice vertices, minus the predicted ones, and the directions.
+    starts: VectorReader,
+    directions: Column<'static>,
+    /// The positions of other vertices minus the predicted ones, by kind of knot.
+    differences: [VectorReader; 2],
+}
+
+impl PositionReader {
+    /// Unpacks the section of a chunk whose vertices have these ranks.
+    pub(super) fn unpack(content: &Content, ranks: &Ranks) -> Result<Self> {
+        let mut columns = content.columns();
+        let (n_lattice, n) = counts(ranks);
+        let starts = VectorReader::new(&mut columns, n_lattice)?;
+        let directions = columns.column(n_lattice, 3)?.into_owned();
+        let mut reader = |kind| VectorReader::new(&mut columns, n[kind]);
+        let differences = [reader(FIRST)?, reader(FURTHER)?];
+        columns.end()?;
+        Ok(PositionReader { starts, directions, differences })
+    }
+}
+
+/// Appends the positions of a chunk in a file to those of the chunks above.
 ///
 /// # Errors
 ///
 /// [`Error::Input`]; then `positions` is empty.
 pub(super) fn read_geometry(
-    content: &Content,
+    columns: PositionReader,
     of: Surroundings,
     positions: &mut Vec<[i32; 3]>,
     samples: &Samples,
     units: Units,
 ) -> Result<()> {
+    let PositionReader { mut starts, directions, mut differences } = columns;
     let ranks = of.ranks;
-    let mut columns = content.columns();
-    let vertices = of.n_above..ranks.n_vertices();
-    let (n_lattice, n) = counts(ranks, vertices.clone());
-    let mut starts = VectorReader::new(&mut columns, n_lattice)?;
-    let directions = columns.column(n_lattice, 3)?;
-    let mut differences =
-        [VectorReader::new(&mut columns, n[FIRST])?, VectorReader::new(&mut columns, n[FURTHER])?];
-    columns.end()?;
-
     let mut predictor = Predictor::new(of, std::mem::take(positions))?;
     let has_knots = |&v: &u32| ranks.life(v).is_some();
     let mut last = (0..of.n_above).rev().find(has_knots);
-    for v in vertices {
+    for v in of.n_above..ranks.n_vertices() {
         let (mut sample, mut direction) = ([0; 3], 0);
         for (i, (knot, before)) in predictor.knots(v).enumerate() {
             let predicted = predictor.expected(v, (knot, before), last);
@@ -214,9 +228,9 @@ pub(super) fn read_geometry(
 }
 
 /// The number of lattice vertices, and of knots of other vertices by kind.
-fn counts(ranks: &Ranks, vertices: Range<u32>) -> (usize, [usize; 2]) {
+fn counts(ranks: &Ranks) -> (usize, [usize; 2]) {
     let (mut n_lattice, mut n) = (0, [0; 2]);
-    for v in vertices {
+    for v in 0..ranks.n_vertices() {
         let knots = ranks.of(v).map_or(0, <[u32]>::len);
         if ranks.is_lattice(v) {
             n_lattice += 1;

@@ -52,9 +52,10 @@ impl<'a> Living<'a> {
         }
     }
 
-    /// The mesh at the same rank, for ranks downwards from there: births and deaths of known triangles are exchanged. A triangle dies at
-    /// its birth, so one that is alive at a rank has not died there yet.
-    pub(super) fn downwards(&self) -> Self {
+    /// The mesh at the same rank without gates, for ranks downwards from there: births and deaths of known triangles are exchanged. A triangle
+    /// dies at its birth, so one that is alive at a rank has not died there yet.
+    pub(super) fn downwards(&mut self) -> Self {
+        self.holes.clear_gates();
         let mut down = self.clone();
         std::mem::swap(&mut down.births, &mut down.deaths);
         down

@@ -47,19 +47,19 @@ fn frequent_ends(intervals: &[(u32, u32)]) -> Vec<u32> {
 
 /// Reads intervals one after the other.
 #[derive(Debug)]
-pub(super) struct IntervalReader<'a> {
+pub(super) struct IntervalReader {
     frequent_ends: Vec<u32>,
-    lengths: Column<'a>,
-    codes: Column<'a>,
+    lengths: Column<'static>,
+    codes: Column<'static>,
     n: usize,
     n_lengths: usize,
     next: usize,
     next_length: usize,
 }
 
-impl<'a> IntervalReader<'a> {
+impl IntervalReader {
     /// Takes the columns of `n` intervals off the front of a section, of a table of `n_isovalues` ranks.
-    pub(super) fn new(columns: &mut Columns<'a>, n: usize, n_isovalues: u32) -> Result<Self> {
+    pub(super) fn new(columns: &mut Columns, n: usize, n_isovalues: u32) -> Result<Self> {
         let n_ends = columns.count()?;
         let steps = columns.column(n_ends, 32)?;
         let mut rank = 0;
@@ -74,8 +74,8 @@ impl<'a> IntervalReader<'a> {
             Ok(rank as u32)
         })?;
         let n_lengths = columns.count()?;
-        let lengths = columns.column(n_lengths, 32)?;
-        let codes = columns.column(n, 8)?;
+        let lengths = columns.column(n_lengths, 32)?.into_owned();
+        let codes = columns.column(n, 8)?.into_owned();
         Ok(IntervalReader { frequent_ends, lengths, codes, n, n_lengths, next: 0, next_length: 0 })
     }
 

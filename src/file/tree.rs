@@ -29,7 +29,7 @@ const MAX_SHARES: usize = 32;
 const SHARE_ASIDE: f64 = 0.3;
 
 /// A chunk is not split if more than this share of its triangles would be alive at the pivot: nearly all would be read in any case.
-const MAX_ALIVE: f64 = 0.7;
+const MAX_ALIVE: f64 = 0.25;
 
 /// The work of reading one chunk grows with all chunks above it. The sum over all chunks is at most this many times the whole, plus [`FREE_WORK`].
 const MAX_WORK: u64 = 128;
@@ -124,6 +124,12 @@ impl Tree {
             (meets || i == 0).then_some(i)
         };
         self.0.iter().enumerate().filter_map(is_at)
+    }
+
+    /// The chunks above a chunk, from the root on.
+    pub(super) fn above(&self, chunk: usize) -> impl Iterator<Item = usize> {
+        let is_above = move |&i: &usize| chunk < self.0[i].end;
+        (0..chunk).filter(is_above)
     }
 
     /// The children of a chunk with a pivot.

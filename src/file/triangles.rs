@@ -71,6 +71,42 @@ fn directions(pivot: Option<u32>) -> &'static [usize] {
     if pivot.is_some() { &[UPWARDS, DOWNWARDS] } else { &[UPWARDS] }
 }
 
+/// The columns of section `TRIA` of a chunk.
+pub(super) struct TriangleColumns {
+    traversal: TraversalReader,
+    /// By direction.
+    ends: Vec<EndReader>,
+    n: usize,
+}
+
+impl TriangleColumns {
+    /// Unpacks the section of a chunk that has so many vertices above it, in a file of `n_isovalues` ranks.
+    pub(super) fn unpack(
+        content: &Content,
+        chunk: &Chunk,
+        n_above: u32,
+        n_isovalues: u32,
+    ) -> Result<Self> {
+        let mut columns = content.columns();
+        let n_births = if chunk.pivot.is_some() { 1 } else { chunk.span.len() };
+        let traversal = TraversalReader::new(&mut columns, n_births, n_above == 0)?;
+        let n = traversal.n_triangles()?;
+        if n > MAX_TRIANGLES {
+            return Err(too_many(n));
+        }
+        let mut ends = Vec::new();
+        for _ in directions(chunk.pivot) {
+            ends.push(EndReader::new(&mut columns, n, n_isovalues)?);
+        }
+        columns.end()?;
+        Ok(TriangleColumns { traversal, ends, n })
+    }
+}
+
+fn too_many(n: usize) -> Error {
+    Error::input(format!("{n} triangles, expected at most {MAX_TRIANGLES}"))
+}
+
 /// The chunk whose triangles are read.
 #[derive(Clone, Copy)]
 pub(super) struct ChunkTables<'a> {
@@ -84,21 +120,16 @@ pub(super) struct ChunkTables<'a> {
     pub(super) max_unused: usize,
 }
 
-/// Reads section `TRIA` of a chunk. Vertices have their numbers on the path.
-pub(super) fn read_triangles(content: &Content, tables: ChunkTables) -> Result<Vec<Triangle>> {
-    let ChunkTables { chunk, path, n_above, n_isovalues, max_unused } = tables;
-    let mut columns = content.columns();
-    let n_births = if chunk.pivot.is_some() { 1 } else { chunk.span.len() };
-    let traversal = TraversalReader::new(&mut columns, n_births, n_above == 0)?;
-    let n = traversal.n_triangles()?;
-    if n > MAX_TRIANGLES - path.triangles.len().min(MAX_TRIANGLES) {
-        return Err(Error::input(format!("{n} triangles, expected at most {MAX_TRIANGLES}")));
+/// The triangles of a chunk. Vertices have their numbers on the path.
+pub(super) fn read_triangles(
+    columns: TriangleColumns,
+    tables: ChunkTables,
+) -> Result<Vec<Triangle>> {
+    let ChunkTables { chunk, path, n_above, max_unused, .. } = tables;
+    let TriangleColumns { traversal, mut ends, n } = columns;
+    if n + path.triangles.len() > MAX_TRIANGLES {
+        return Err(too_many(n + path.triangles.len()));
     }
-    let mut ends = Vec::new();
-    for _ in directions(chunk.pivot) {
-        ends.push(EndReader::new(&mut columns, n, n_isovalues)?);
-    }
-    columns.end()?;
     let mut reader = Reader {
         tables,
         living: Living::new(path.n_vertices() as usize, &path.triangles, &chunk.span),
@@ -119,16 +150,16 @@ pub(super) fn read_triangles(content: &Content, tables: ChunkTables) -> Result<V
 }
 
 /// Reads how triangles end in a direction.
-struct EndReader<'a> {
-    kinds: Column<'a>,
-    intervals: IntervalReader<'a>,
+struct EndReader {
+    kinds: Column<'static>,
+    intervals: IntervalReader,
     /// The last explicit end, counted in the direction.
     before: u64,
 }
 
-impl<'a> EndReader<'a> {
-    fn new(columns: &mut Columns<'a>, n: usize, n_isovalues: u32) -> Result<Self> {
-        let kinds = columns.column(n, 3)?;
+impl EndReader {
+    fn new(columns: &mut Columns, n: usize, n_isovalues: u32) -> Result<Self> {
+        let kinds = columns.column(n, 3)?.into_owned();
         let mut n_intervals = 0;
         for i in 0..n {
             n_intervals += usize::from(kinds.get(i)? % CAP == BY_INTERVAL);
@@ -155,7 +186,7 @@ impl<'a> EndReader<'a> {
 struct Reader<'a> {
     tables: ChunkTables<'a>,
     living: Living<'a>,
-    traversal: TraversalReader<'a>,
+    traversal: TraversalReader,
     /// By triangle of the chunk.
     lives: Vec<Life>,
     /// Vertices of the path that are used, or are in chunks above.
@@ -201,7 +232,7 @@ impl Reader<'_> {
         self.living.add_known_at(pivot);
         let n = self.births()?;
         self.lives.resize(n as usize, Life { ends: [NO_END; 2], cap: false });
-        let down = self.living.downwards();
+        let mut down = Some(self.living.downwards());
         for (direction, ends) in ends.iter_mut().enumerate() {
             let end_ranks = self.vertices_by_end(direction);
             let mut explicit = ByRank::new(&chunk.span);
@@ -217,7 +248,7 @@ impl Reader<'_> {
                 life.cap |= cap;
             }
             if direction == DOWNWARDS {
-                self.living = down.clone();
+                down.take().into_iter().for_each(|down| self.living = down);
             }
             for rank in chunk.ranks_from(pivot, direction) {
                 self.deaths(rank, direction, &end_ranks, &explicit)?;
