@@ -27,8 +27,8 @@ impl Convert {
         let output = Output::open(&self.to, &[&self.from])?;
         spectrum_file::check_memory(&self.from, spectrum_file::CONVERT_BYTES)?;
         let (spectrum, before) = spectrum_file::read(&self.from)?;
-        let after = spectrum_file::write_as(&spectrum, format, output)
-            .map_err(|e| e.of_file(&self.from))?;
+        let after =
+            spectrum_file::write_as(spectrum, format, output).map_err(|e| e.of_file(&self.from))?;
         log::info!(
             "{}: {} (from {})",
             self.to.display(),

@@ -180,9 +180,9 @@ pub(super) fn write_whole(spectrum: Spectrum, output: Output) -> Result<(Spectru
 }
 
 /// Writes a spectrum in a format. Returns the size in bytes.
-pub(super) fn write_as(spectrum: &Spectrum, format: Format, output: Output) -> Result<u64> {
+pub(super) fn write_as(spectrum: Spectrum, format: Format, output: Output) -> Result<u64> {
     output.write_bytes(&match format {
-        Format::Isp => file::to_bytes(spectrum)?,
-        Format::Thesis => thesis::to_bytes(spectrum)?,
+        Format::Isp => file::into_bytes(spectrum)?.bytes,
+        Format::Thesis => thesis::to_bytes(&spectrum)?,
     })
 }

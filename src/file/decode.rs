@@ -207,7 +207,9 @@ impl Decoder<'_> {
             Triangle { vertices, ..*t }
         };
         let in_result = triangles.iter().map(numbered).collect();
-        path.triangles.extend(triangles);
+        if chunk.pivot.is_some() {
+            path.triangles.extend(triangles);
+        }
         Ok(DecodedChunk { ranks, positions, triangles: in_result })
     }
 

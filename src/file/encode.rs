@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::column::Content;
-use super::connectivity::{FileOrder, Input, traverse};
+use super::connectivity::{FileOrder, Input, Traversal, traverse};
 use super::geometry::write_geometry;
 use super::path::Path;
 use super::predict::Surroundings;
@@ -39,14 +39,13 @@ pub(super) struct ChunkContents {
     pub(super) sections: [Content<'static>; 3],
 }
 
-/// A chunk with the order of its vertices and triangles.
+/// A chunk with its vertices and triangles in the order of the file.
 struct EncodedChunk {
     contents: ChunkContents,
     /// Numbers in the original spectrum.
     vertices: Vec<u32>,
-    triangles: Vec<u32>,
-    /// The vertices of triangles, in the numbers of the file.
-    corners: Vec<[u32; 3]>,
+    /// With vertices in numbers of the file.
+    triangles: Vec<Triangle>,
 }
 
 /// Encodes a spectrum, whose positions must be rounded as by [`Units::rounded`] unless these units have no other rounding along the surface.
@@ -58,40 +57,38 @@ pub(super) fn encode(spectrum: Spectrum, tree: &Tree, units: Units) -> Result<En
     let encoder = Encoder::new(&spectrum, tree, units);
     let chunks = encoder.below(0, &mut Path::default())?;
     drop(encoder);
-    let mut order = Vec::with_capacity(spectrum.n_vertices());
-    let mut triangles = Vec::with_capacity(spectrum.triangles().len());
+    // Each array of the original is dropped as soon as possible, to save memory.
+    let (n_vertices, n_triangles) = (spectrum.n_vertices(), spectrum.triangles().len());
+    let (about, patch) = spectrum.into_parts();
+    let Patch { isovalues, first_knot, knots, triangles, collapses } = patch;
+    drop(triangles);
+    let mut order = Vec::with_capacity(n_vertices);
+    let mut triangles = Vec::with_capacity(n_triangles);
     let mut contents = Vec::with_capacity(chunks.len());
     for chunk in chunks {
         order.extend(chunk.vertices);
-        let old = chunk.triangles.iter().map(|&i| spectrum.triangles()[i as usize]);
-        triangles.extend(old.zip(chunk.corners).map(|(t, vertices)| Triangle { vertices, ..t }));
+        triangles.extend(chunk.triangles);
         contents.push(chunk.contents);
     }
-    let spectrum = reordered(spectrum, &order, triangles);
-    Ok(Encoded { spectrum, order, chunks: contents })
-}
-
-/// The spectrum with vertices in another order, and with triangles that refer to it.
-fn reordered(spectrum: Spectrum, order: &[u32], triangles: Vec<Triangle>) -> Spectrum {
-    let (about, patch) = spectrum.into_parts();
-    let Patch { isovalues, first_knot: old_first, knots: old_knots, collapses, .. } = patch;
-    let mut number = vec![0; order.len()];
-    let mut first_knot = Vec::with_capacity(old_first.len());
-    first_knot.push(0);
-    let mut knots = Vec::with_capacity(old_knots.len());
+    let mut number = vec![0; n_vertices];
+    let mut new_first = Vec::with_capacity(n_vertices + 1);
+    new_first.push(0);
+    let mut new_knots = Vec::with_capacity(knots.len());
     for (&v, new) in order.iter().zip(0..) {
         number[v as usize] = new;
-        let [from, to] = [v as usize, v as usize + 1].map(|v| old_first[v] as usize);
-        knots.extend_from_slice(&old_knots[from..to]);
-        first_knot.push(knots.len() as u32);
+        let [from, to] = [v as usize, v as usize + 1].map(|v| first_knot[v] as usize);
+        new_knots.extend_from_slice(&knots[from..to]);
+        new_first.push(new_knots.len() as u32);
     }
-    let collapses = collapses.iter().map(|c| Collapse {
+    let renumbered = |c: &Collapse| Collapse {
         vertex: number[c.vertex as usize],
         target: number[c.target as usize],
         ..*c
-    });
-    let collapses = collapses.collect();
-    Spectrum::unchecked(about, Patch { isovalues, first_knot, knots, triangles, collapses })
+    };
+    let collapses = collapses.iter().map(renumbered).collect();
+    let (first_knot, knots) = (new_first, new_knots);
+    let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
+    Ok(Encoded { spectrum: Spectrum::unchecked(about, patch), order, chunks: contents })
 }
 
 struct Encoder<'a> {
@@ -193,7 +190,6 @@ impl<'a> Encoder<'a> {
         let FileOrder { triangles: numbers, corners, vertices, .. } = &order;
         let in_spectrum = |&local: &u32| self.vertices[i][(local - n_above) as usize];
         let vertices: Vec<u32> = vertices[n_above as usize..].iter().map(in_spectrum).collect();
-        let numbers: Vec<u32> = numbers.iter().map(|&t| self.triangles[i][t as usize]).collect();
         let mut ranks = Ranks::default();
         for (&v, k) in vertices.iter().zip(0..) {
             self.on_path[v as usize].store(n_above + k, Ordering::Relaxed);
@@ -203,7 +199,8 @@ impl<'a> Encoder<'a> {
             path.numbers.push(self.first_vertex[i] + k);
         }
         path.ranks.append(&ranks);
-        let lives = numbers.iter().map(|&t| self.spectrum.triangles()[t as usize]);
+        let in_spectrum = |&t: &u32| self.triangles[i][t as usize] as usize;
+        let lives = numbers.iter().map(|t| self.spectrum.triangles()[in_spectrum(t)]);
         let own: Vec<Triangle> =
             lives.zip(corners).map(|(t, &vertices)| Triangle { vertices, ..t }).collect();
         let n_isovalues = self.spectrum.isovalues().len() as u32;
@@ -231,19 +228,19 @@ impl<'a> Encoder<'a> {
         };
         let n_unused = (path.n_vertices() - n_used) as usize;
         let contents = ChunkContents { size, n_unused, sections: [vert, triangles, positions?] };
-        let in_file = |t: &[u32; 3]| t.map(|v| path.numbers[v as usize]);
-        let corners = corners.iter().map(in_file).collect();
-        path.triangles.extend(own);
-        Ok(EncodedChunk { contents, vertices, triangles: numbers, corners })
+        let in_file = |t: &Triangle| {
+            let vertices = t.vertices.map(|v| path.numbers[v as usize]);
+            Triangle { vertices, ..*t }
+        };
+        let triangles = own.iter().map(in_file).collect();
+        if chunk.pivot.is_some() {
+            path.triangles.extend(own);
+        }
+        Ok(EncodedChunk { contents, vertices, triangles })
     }
 
     /// The order of a chunk, and its connectivity.
-    fn traversed(
-        &self,
-        i: usize,
-        chunk: &Chunk,
-        path: &Path,
-    ) -> (FileOrder, super::connectivity::Traversal) {
+    fn traversed(&self, i: usize, chunk: &Chunk, path: &Path) -> (FileOrder, Traversal) {
         let n_above = path.n_vertices();
         let own = &self.vertices[i];
         let local = |v: u32| match self.chunk_of[v as usize] as usize == i {

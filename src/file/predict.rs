@@ -285,11 +285,11 @@ mod tests {
         assert_eq!(counted, [(0, 3), (1, 4), (2, 1)]);
         assert_eq!(predictor.first_neighbour, [0, 0, 0, 0, 3]);
         for position in [[80, 0, 0], [8, 0, 0], [0, 16, 0]] {
-            predictor.push(position);
-            predictor.push(position);
+            let knot = predictor.positions.len();
+            [knot, knot + 1].into_iter().for_each(|knot| predictor.set(knot, position));
         }
         // (3 * 80 + 4 * 8) / 8 and 16 / 8.
-        assert_eq!(predictor.predict(3), [34, 2, 0]);
+        assert_eq!(predictor.expected(3, (6, None), Some(2)), [34, 2, 0]);
     }
 
     #[test]

@@ -118,7 +118,7 @@ mod tests {
         columns.end()
     }
 
-    fn read(content: &Content, from: &[u32], n_isovalues: usize) -> Result<Vec<u64>> {
+    fn read(content: &Content, from: &[u32], n_isovalues: u32) -> Result<Vec<u64>> {
         let mut columns = content.columns();
         let mut intervals = IntervalReader::new(&mut columns, from.len(), n_isovalues)?;
         let ends = from.iter().map(|&f| intervals.next(f)).collect::<Result<_>>()?;
