@@ -74,29 +74,61 @@ pub fn spectrum(input: &[u8]) {
     });
 }
 
-/// A file whose sections have these contents: for each section its length (u16), for coded columns how many numbers they have (u16), and
-/// the bytes.
+/// Takes a number of 16 bits off the input; 0 at its end.
+fn number(rest: &mut &[u8]) -> usize {
+    let Some((n, after)) = rest.split_first_chunk() else { return 0 };
+    *rest = after;
+    usize::from(u16::from_le_bytes(*n))
+}
+
+/// Takes a section off the input: its length, for coded columns how many numbers they have, and the bytes.
+fn take_section(file: &mut Vec<u8>, rest: &mut &[u8], tag: &[u8; 4]) {
+    let n = number(rest);
+    let n_numbers = matches!(tag, b"VERT" | b"TRIA" | b"POSN").then(|| number(rest));
+    let (content, after) = rest.split_at(n.min(rest.len()));
+    *rest = after;
+    match n_numbers {
+        Some(n_numbers) => section(file, tag, 2, content, n_numbers),
+        None => section(file, tag, 0, content, content.len()),
+    }
+}
+
+/// A file of chunks and tables with these contents. A chunk is described by its pivot, vertices, knots and triangles. There are one or three chunks.
 fn from_contents(mut rest: &[u8]) -> Vec<u8> {
     let mut file = isospectrum::file::MAGIC.to_vec();
     file.extend(isospectrum::file::VERSION.to_le_bytes());
     file.extend(crc32fast::hash(&file).to_le_bytes());
-    for tag in [b"INFO", b"EVNT", b"ISOV", b"VERT", b"TRIA", b"POSN", b"COLL"] {
-        let mut number = || {
-            rest.split_first_chunk().map_or(0, |(n, after)| {
-                rest = after;
-                usize::from(u16::from_le_bytes(*n))
-            })
-        };
-        let n = number();
-        let n_numbers = matches!(tag, b"VERT" | b"TRIA" | b"POSN").then(number);
-        let content;
-        (content, rest) = rest.split_at(n.min(rest.len()));
-        match n_numbers {
-            Some(n_numbers) => section(&mut file, tag, 2, content, n_numbers),
-            None => section(&mut file, tag, 0, content, content.len()),
+    let n_chunks = if number(&mut rest) % 2 == 0 { 1 } else { 3 };
+    let mut index = [const { Vec::new() }; 6];
+    for _ in 0..n_chunks {
+        let start = file.len();
+        index[..4].iter_mut().for_each(|column| column.push(number(&mut rest) as u64));
+        for tag in [b"VERT", b"TRIA", b"POSN"] {
+            take_section(&mut file, &mut rest, tag);
         }
+        index[4].push((file.len() - start) as u64);
+        index[5].push(crc32fast::hash(&file[start..]).into());
     }
+    let tables = file.len();
+    for tag in [b"INFO", b"EVNT", b"ISOV", b"COLL"] {
+        take_section(&mut file, &mut rest, tag);
+    }
+    let mut content = (n_chunks as u64).to_le_bytes().to_vec();
+    for column in index {
+        content.push(8);
+        content.extend((0..8).flat_map(|plane| column.iter().map(move |x| (x >> (8 * plane)) as u8).collect::<Vec<u8>>()));
+    }
+    section(&mut file, b"INDX", 0, &content, content.len());
+    footer(&mut file, tables);
     file
+}
+
+/// The end of a file whose tables begin at a position.
+fn footer(file: &mut Vec<u8>, tables: usize) {
+    let position = (tables as u64).to_le_bytes();
+    file.extend(position);
+    file.extend(crc32fast::hash(&position).to_le_bytes());
+    file.extend(b"ISPE");
 }
 
 fn section(file: &mut Vec<u8>, tag: &[u8; 4], method: u32, stored: &[u8], length: usize) {
@@ -110,23 +142,38 @@ fn section(file: &mut Vec<u8>, tag: &[u8; 4], method: u32, stored: &[u8], length
     file.extend(stored);
 }
 
-/// A file with all checksums that can be found repaired.
+/// A file with all checksums that can be found repaired, but those of chunks in a deflated index.
 fn repaired(mut file: Vec<u8>) -> Vec<u8> {
     if file.len() >= 16 {
         let crc = crc32fast::hash(&file[..12]);
         file[12..16].copy_from_slice(&crc.to_le_bytes());
     }
-    let mut at = 16;
-    while at + 28 <= file.len() {
+    let end = file.len().saturating_sub(16);
+    let (mut at, mut tables) = (16, None);
+    while at + 28 <= end {
         let length = u64::from_le_bytes(file[at + 8..at + 16].try_into().expect("eight bytes"));
-        let left = file.len() - at - 28;
+        let left = end - at - 28;
         let length = usize::try_from(length).map_or(left, |n| n.min(left));
+        if &file[at..at + 4] == b"INFO" {
+            tables = Some(at);
+        }
+        if let (b"INDX", Some(tables)) = (&file[at..at + 4], tables) {
+            // Of one chunk: the last column is the checksum.
+            let crc = crc32fast::hash(&file[16..tables]).to_le_bytes();
+            if length > 4 {
+                file[at + 28 + length - 4..at + 28 + length].copy_from_slice(&crc);
+            }
+        }
         let mut crc = crc32fast::Hasher::new();
         crc.update(&file[at..at + 24]);
         crc.update(&file[at + 28..at + 28 + length]);
         let crc = crc.finalize();
         file[at + 24..at + 28].copy_from_slice(&crc.to_le_bytes());
         at += 28 + length;
+    }
+    if let Some(tables) = tables {
+        file.truncate(end);
+        footer(&mut file, tables);
     }
     file
 }

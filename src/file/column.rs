@@ -89,6 +89,14 @@ impl Content<'_> {
         }
     }
 
+    /// The numbers of coded columns.
+    pub(super) fn n_numbers(&self) -> usize {
+        match self {
+            Content::Plain(_) => 0,
+            Content::Coded { n_numbers, .. } => *n_numbers,
+        }
+    }
+
     pub(super) fn columns(&self) -> Columns<'_> {
         match self {
             Content::Plain(bytes) => Columns::new(bytes),

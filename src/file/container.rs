@@ -11,7 +11,9 @@ use super::column::Content;
 use super::decode::UNUSED_PER_BYTE;
 use super::encode::ChunkContents;
 use super::header::{HEADER_LENGTH, Info, MAX_INFO, after_header, header, in_section, read_info};
-use super::section::{Packing, split_section, trailing_bytes, write_section};
+use super::section::{
+    MAX_NUMBERS_PER_BYTE_OF_CHUNK, Packing, split_section, trailing_bytes, write_section,
+};
 use super::source::Source;
 use super::tables;
 use super::tree::{ChunkSize, Tree};
@@ -23,14 +25,6 @@ const END: [u8; 4] = *b"ISPE";
 
 /// Bytes after the tables: their position (u64), the checksum of the position, and [`END`].
 const FOOTER_LENGTH: usize = 16;
-
-/// Appends the footer of tables that begin at `position`.
-fn write_footer(file: &mut Vec<u8>, position: usize) {
-    let position = (position as u64).to_le_bytes();
-    file.extend(position);
-    file.extend(crc32fast::hash(&position).to_le_bytes());
-    file.extend(END);
-}
 
 /// The contents of the tables of a file.
 pub(super) struct TableContents {
@@ -61,8 +55,7 @@ pub(super) fn assembled(
     for ChunkContents { sections, size, n_unused } in chunks {
         let start = file.len();
         let [ranks, triangles, positions] = &sections;
-        // A reader refuses more vertices without a triangle than both sections have room for.
-        let min = n_unused.div_ceil(UNUSED_PER_BYTE).saturating_sub(positions.bytes().len());
+        let min = least_bytes([ranks, triangles, positions], n_unused);
         for (tag, content, min) in
             [(*b"VERT", ranks, min), (*b"TRIA", triangles, 0), (*b"POSN", positions, 0)]
         {
@@ -73,17 +66,33 @@ pub(super) fn assembled(
     }
     let position = file.len();
     write_section(&mut file, *b"INFO", &tables.info, Packing::Raw, 0);
-    let index = Content::Plain(tree.write(&sizes).into());
-    for (tag, content) in [
-        (*b"EVNT", &tables.events),
-        (*b"ISOV", &tables.isovalues),
-        (*b"COLL", &tables.collapses),
-        (*b"INDX", &index),
-    ] {
+    for (tag, content) in
+        [(*b"EVNT", &tables.events), (*b"ISOV", &tables.isovalues), (*b"COLL", &tables.collapses)]
+    {
         write_section(&mut file, tag, content, Packing::Deflated, 0);
     }
-    write_footer(&mut file, position);
+    write_end(&mut file, tree, &sizes, position);
     Ok(file)
+}
+
+/// Appends the index, and the footer of tables that begin at `position`.
+pub(super) fn write_end(file: &mut Vec<u8>, tree: &Tree, sizes: &[ChunkSize], position: usize) {
+    let index = Content::Plain(tree.write(sizes).into());
+    write_section(file, *b"INDX", &index, Packing::Deflated, 0);
+    let position = (position as u64).to_le_bytes();
+    file.extend(position);
+    file.extend(crc32fast::hash(&position).to_le_bytes());
+    file.extend(END);
+}
+
+/// The least number of stored bytes of section `VERT`: a reader refuses more numbers than the sections of a chunk have room for, and more vertices
+/// without a triangle than `VERT` and `POSN` have.
+fn least_bytes(sections: [&Content; 3], n_unused: usize) -> usize {
+    let numbers: usize = sections.iter().map(|section| section.n_numbers()).sum();
+    let [_, triangles, positions] = sections.map(|section| section.bytes().len());
+    let for_numbers = numbers.div_ceil(MAX_NUMBERS_PER_BYTE_OF_CHUNK);
+    let for_unused = n_unused.div_ceil(UNUSED_PER_BYTE);
+    for_numbers.saturating_sub(triangles + positions).max(for_unused.saturating_sub(positions))
 }
 
 /// The tables of a file.
@@ -111,7 +120,9 @@ impl FileTables {
         let position = position(source)?;
         let tables = source.bytes(position, n - FOOTER_LENGTH as u64 - position)?;
         let mut rest = &*tables;
-        let info = read_info(&split_section(&mut rest, *b"INFO")?)?;
+        let info = split_section(&mut rest, *b"INFO")?;
+        info.check_coded(false)?;
+        let info = read_info(&info)?;
         let mut next = |tag: &[u8; 4]| {
             let section = split_section(&mut rest, *tag)?;
             section.check_coded(false)?;

@@ -9,7 +9,7 @@ use super::header::in_section;
 use super::path::Path;
 use super::predict::Surroundings;
 use super::samples::Samples;
-use super::section::{Section, split_section};
+use super::section::{MAX_NUMBERS_PER_BYTE_OF_CHUNK, Section, split_section};
 use super::trajectories::{Ranks, read_ranks};
 use super::tree::{ChunkSize, Tree};
 use super::triangles::{ChunkTables, TriangleColumns, read_triangles};
@@ -256,6 +256,13 @@ impl<'a> Sections<'a> {
         [ranks, triangles, positions].iter().try_for_each(|section| section.check_coded(true))?;
         if !rest.is_empty() {
             return Err(Error::input(format!("{} bytes after its last section", rest.len())));
+        }
+        let all = [ranks, triangles, positions];
+        let numbers =
+            all.iter().fold(0usize, |sum, section| sum.saturating_add(section.n_content()));
+        let bytes = all.iter().map(Section::n_stored).sum::<usize>();
+        if numbers > bytes.saturating_mul(MAX_NUMBERS_PER_BYTE_OF_CHUNK) {
+            return Err(Error::input(format!("{bytes} bytes cannot hold {numbers} numbers")));
         }
         Ok(Sections { ranks, triangles, positions })
     }

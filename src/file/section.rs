@@ -34,8 +34,9 @@ const METHOD_ZLIB: u32 = 1;
 /// The content is coded columns.
 const METHOD_CODED: u32 = 2;
 
-/// Most numbers of coded columns per stored byte.
+/// Most numbers of coded columns per stored byte of a section, and of the sections of a chunk together.
 const MAX_NUMBERS_PER_BYTE: usize = 64;
+pub(super) const MAX_NUMBERS_PER_BYTE_OF_CHUNK: usize = 16;
 
 /// How a section of plain content is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -92,7 +92,11 @@ impl Tree {
 
     /// The tree for the lifetimes of triangles, the same for any order of them.
     pub(super) fn of(triangles: &[Triangle], n_ranks: u32) -> Tree {
-        let most = MIN_TRIANGLES.max(triangles.len() / MAX_SHARES);
+        Tree::with_chunks_of(MIN_TRIANGLES.max(triangles.len() / MAX_SHARES), triangles, n_ranks)
+    }
+
+    /// The tree whose chunks are split if they have more triangles than `most`.
+    pub(super) fn with_chunks_of(most: usize, triangles: &[Triangle], n_ranks: u32) -> Tree {
         let lives = triangles.iter().map(|t| (t.birth, t.death)).collect();
         let mut tree = Tree(Vec::new());
         tree.split(lives, 0..n_ranks, most);

@@ -7,6 +7,8 @@ use std::io::Write as _;
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 
+use super::file_sections::{FILE_HEAD, section, with_footer};
+
 /// Content in planes: counts and columns.
 #[derive(Clone, Default)]
 pub(crate) struct Content(pub(crate) Vec<u8>);
@@ -81,10 +83,13 @@ impl Coded {
         }
     }
 
-    /// Codes a decision by a model: the two estimates (fast, slow).
-    fn learn(&mut self, model: &mut (u32, u32), bit: bool) {
+    /// Codes a decision by a model: the two estimates (fast, slow), and the decisions that it has coded.
+    fn learn(&mut self, model: &mut (u32, u32, u32), bit: bool) {
         self.decide((self.range >> 15) * ((model.0 + model.1) / 4), bit);
+        let early = (model.2.min(124) + 4).ilog2();
+        model.2 += 1;
         for (estimate, rate) in [(&mut model.0, 4), (&mut model.1, 7)] {
+            let rate = early.min(rate);
             *estimate = if bit {
                 *estimate - (*estimate >> rate)
             } else {
@@ -120,7 +125,7 @@ impl Coded {
             let n = length(x);
             // Keys of models: the context if there is one; the length, or 64 while the length is coded; the bits decoded so far.
             let mut learn = |coded: &mut Self, key: (Option<(u64, u64)>, u32, u64), bit: bool| {
-                coded.learn(models.entry(key).or_insert((1 << 15, 1 << 15)), bit);
+                coded.learn(models.entry(key).or_insert((1 << 15, 1 << 15, 0)), bit);
             };
             for i in 0..=n.min(63) {
                 learn(&mut self, (Some(context), u32::MAX, i.into()), i < n);
@@ -163,7 +168,7 @@ impl Coded {
         let mut end = self.clone();
         (0..5).for_each(|_| end.shift());
         end.bytes.resize(end.bytes.len().max(self.n_numbers.div_ceil(16)), 0);
-        section(tag, 2, &end.bytes, self.n_numbers)
+        section(tag, 2, &end.bytes, self.n_numbers as u64)
     }
 }
 
@@ -230,14 +235,23 @@ impl Crafted {
         let mut info = self.info.clone();
         info.pop();
         info.extend(format!(",\"size\":{size}}}").into_bytes());
-        file.extend(if self.pack_info { packed(b"INFO", &info) } else { plain(b"INFO", &info) });
-        file.extend(packed(b"EVNT", &self.events.0));
-        file.extend(packed(b"ISOV", &self.isovalues.0));
         file.extend(self.ranks.section(b"VERT"));
         file.extend(self.triangles.section(b"TRIA"));
         file.extend(self.positions.section(b"POSN"));
+        let tables = file.len();
+        let chunk = &file[FILE_HEAD..];
+        let index = [0, trajectories, knots, triangles, chunk.len()]
+            .map(|x| x as u64)
+            .into_iter()
+            .chain([crc32fast::hash(chunk).into()]);
+        let index =
+            index.fold(Content::default().count(1), |index, x| index.column([x].into_iter()));
+        file.extend(if self.pack_info { packed(b"INFO", &info) } else { plain(b"INFO", &info) });
+        file.extend(packed(b"EVNT", &self.events.0));
+        file.extend(packed(b"ISOV", &self.isovalues.0));
         file.extend(packed(b"COLL", &self.collapses.0));
-        file
+        file.extend(packed(b"INDX", &index.0));
+        with_footer(file, tables)
     }
 }
 
@@ -296,7 +310,7 @@ pub(crate) fn positions(n_vertices: usize, n_further: usize) -> Coded {
 }
 
 fn plain(tag: &[u8; 4], content: &[u8]) -> Vec<u8> {
-    section(tag, 0, content, content.len())
+    section(tag, 0, content, content.len() as u64)
 }
 
 /// A section deflated nearly to the limit of readers: a 63rd of it is in stored blocks.
@@ -319,16 +333,5 @@ fn packed(tag: &[u8; 4], content: &[u8]) -> Vec<u8> {
         b = (b + a) % 65521;
     }
     stream.extend((b << 16 | a).to_be_bytes());
-    section(tag, 1, &stream, content.len())
-}
-
-fn section(tag: &[u8; 4], method: u32, stored: &[u8], length: usize) -> Vec<u8> {
-    let mut section = tag.to_vec();
-    section.extend(method.to_le_bytes());
-    section.extend((stored.len() as u64).to_le_bytes());
-    section.extend((length as u64).to_le_bytes());
-    let crc = crc32fast::hash(&[&section[..], stored].concat());
-    section.extend(crc.to_le_bytes());
-    section.extend(stored);
-    section
+    section(tag, 1, &stream, content.len() as u64)
 }

@@ -4,6 +4,7 @@
 pub(crate) mod any_spectrum;
 pub(crate) mod crafted;
 pub(crate) mod data;
+pub(crate) mod file_sections;
 pub(crate) mod program;
 pub(crate) mod random;
 pub(crate) mod shapes;

@@ -1,7 +1,10 @@
 //! Untrusted files: an error or a valid spectrum, never a panic, and memory in proportion to the length of the file.
 
-use std::io::{Read as _, Write as _};
+use std::io::Write as _;
 
+use crate::common::file_sections::{
+    FOOTER, SECTION_HEAD, assembled, section, sections, u64_at, unpacked, with_footer,
+};
 use crate::common::synthetic;
 use crate::common::synthetic::{Growth, growing_sphere, on_lattice, small};
 use isospectrum::Error;
@@ -9,72 +12,13 @@ use isospectrum::export::parse_ply;
 use isospectrum::file::{from_bytes, thesis, to_bytes};
 use isospectrum::spectrum::Spectrum;
 
-/// Lengths of the head of a section and of the head of the file, bytes.
-const SECTION_HEAD: usize = 28;
-const FILE_HEAD: usize = 16;
-
 fn tiny() -> Vec<u8> {
     let growth = Growth { subdivisions: 0, n_steps: 4, splits: 1, flips: 1, knot_distance: 2 };
     to_bytes(&growing_sphere(&growth)).expect("valid")
 }
 
-/// Offsets of the sections of a valid file.
-fn sections(file: &[u8]) -> Vec<usize> {
-    let mut starts = vec![];
-    let mut at = FILE_HEAD;
-    while at < file.len() {
-        starts.push(at);
-        at += SECTION_HEAD + u64_at(file, at + 8) as usize;
-    }
-    assert_eq!(at, file.len());
-    starts
-}
-
-fn u64_at(file: &[u8], at: usize) -> u64 {
-    u64::from_le_bytes(file[at..at + 8].try_into().expect("eight bytes"))
-}
-
-fn section(tag: &[u8], method: u32, stored: &[u8], length: u64) -> Vec<u8> {
-    let mut section = tag.to_vec();
-    section.extend(method.to_le_bytes());
-    section.extend((stored.len() as u64).to_le_bytes());
-    section.extend(length.to_le_bytes());
-    let crc = crc32fast::hash(&[&section[..], stored].concat());
-    section.extend(crc.to_le_bytes());
-    section.extend(stored);
-    section
-}
-
-/// An unpacked section: its tag and content; for coded columns, the stored bytes and the number of numbers.
-type Unpacked = (Vec<u8>, Vec<u8>, Option<u64>);
-
-/// All sections.
-fn unpacked(file: &[u8]) -> Vec<Unpacked> {
-    let starts = sections(file);
-    let unpack = |&at: &usize| {
-        let stored = &file[at + SECTION_HEAD..][..u64_at(file, at + 8) as usize];
-        let mut content = Vec::new();
-        if file[at + 4] == 1 {
-            flate2::read::ZlibDecoder::new(stored).read_to_end(&mut content).expect("valid");
-        } else {
-            content.extend(stored);
-        }
-        let n_numbers = (file[at + 4] == 2).then(|| u64_at(file, at + 16));
-        (file[at..at + 4].to_vec(), content, n_numbers)
-    };
-    starts.iter().map(unpack).collect()
-}
-
-/// A file of these sections, not deflated, with correct checksums.
-fn assembled(file: &[u8], sections: &[Unpacked]) -> Vec<u8> {
-    let mut assembled = file[..FILE_HEAD].to_vec();
-    for (tag, content, n_numbers) in sections {
-        let method = if n_numbers.is_some() { 2 } else { 0 };
-        let length = n_numbers.unwrap_or(content.len() as u64);
-        assembled.extend(section(tag, method, content, length));
-    }
-    assembled
-}
+/// The place of the description among the sections of a file with one chunk.
+const INFO: usize = 3;
 
 /// An error of one line, or a spectrum that passes its check and answers queries.
 fn assert_refused_or_valid(result: isospectrum::Result<Spectrum>) {
@@ -101,7 +45,7 @@ fn every_prefix_of_a_file_is_refused() {
     for n in 0..file.len() {
         assert!(matches!(from_bytes(&file[..n]), Err(Error::Input(_))), "{n} bytes were accepted");
     }
-    assert_refused(from_bytes(&[&file[..], b"x"].concat()), "1 bytes after the last section");
+    assert_refused(from_bytes(&[&file[..], b"x"].concat()), "other bytes follow its end");
 }
 
 /// A small file with vertices on lattice edges.
@@ -145,7 +89,8 @@ fn many_flipped_bytes_under_checksums_that_fit_are_refused_or_still_valid() {
         let mut sections = original.clone();
         for _ in 0..1 + numbers.below(6) {
             // The description is JSON, which rarely survives a changed byte; the other sections hold numbers that refer to each other.
-            let content = &mut sections[1 + numbers.below(6) as usize].1;
+            let of_numbers = [0, 1, 2, 4, 5, 6, 7];
+            let content = &mut sections[of_numbers[numbers.below(7) as usize]].1;
             let at = numbers.below(content.len() as u32) as usize;
             content[at] = numbers.below(256) as u8;
         }
@@ -158,7 +103,7 @@ fn control_characters_in_a_key_of_the_description_are_escaped() {
     let file = tiny();
     let mut sections = unpacked(&file);
     let key = format!("{{\"a\\n\\u001b[31m{}\":1,", "b".repeat(100_000));
-    sections[0].1.splice(..1, key.into_bytes());
+    sections[INFO].1.splice(..1, key.into_bytes());
     let error = from_bytes(&assembled(&file, &sections)).expect_err("unknown key").to_string();
     assert!(error.starts_with("section INFO: unknown field `a??[31mbbb"), "{error}");
     assert!(error.len() < 300 && !error.contains(char::is_control), "{error}");
@@ -168,11 +113,14 @@ fn control_characters_in_a_key_of_the_description_are_escaped() {
 fn a_missing_or_moved_section_is_named() {
     let file = tiny();
     let mut sections = unpacked(&file);
-    sections.swap(2, 3);
-    assert_refused(from_bytes(&assembled(&file, &sections)), "section 'VERT', expected 'ISOV'");
-    sections.truncate(5);
-    sections.swap(2, 3);
-    assert_refused(from_bytes(&assembled(&file, &sections)), "the file ends inside section POSN");
+    sections.swap(4, 5);
+    assert_refused(from_bytes(&assembled(&file, &sections)), "section 'ISOV', expected 'EVNT'");
+    sections.swap(4, 5);
+    sections.truncate(6);
+    assert_refused(from_bytes(&assembled(&file, &sections)), "the file ends inside section COLL");
+    let mut sections = unpacked(&file);
+    sections.swap(0, 1);
+    assert_refused(from_bytes(&assembled(&file, &sections)), "section 'TRIA', expected 'VERT'");
 }
 
 #[test]
@@ -180,7 +128,7 @@ fn counts_beyond_the_file_allocate_nothing() {
     let file = tiny();
     let original = unpacked(&file);
     // Each of these counts is the first number of its section.
-    for s in [1, 2, 6] {
+    for s in [4, 5, 6, 7] {
         for count in [u64::MAX, u64::MAX / 8, 1 << 40, u64::from(u32::MAX), 1 << 31] {
             let mut sections = original.clone();
             sections[s].1[..8].copy_from_slice(&count.to_le_bytes());
@@ -193,11 +141,11 @@ fn counts_beyond_the_file_allocate_nothing() {
 fn coded_columns_are_as_long_as_declared_and_fully_used() {
     let file = tiny();
     let original = unpacked(&file);
-    for s in [3, 4, 5] {
+    for s in [0, 1, 2] {
         let n_numbers = original[s].2.expect("coded columns");
         let n_stored = original[s].1.len() as u64;
         for (n, what) in [
-            (16 * n_stored + 1, "cannot hold"),
+            (64 * n_stored + 1, "cannot hold"),
             (u64::MAX, "cannot hold"),
             (n_numbers + 1, "1 numbers too many"),
             (n_numbers - 1, "fewer bytes than its numbers need"),
@@ -215,7 +163,7 @@ fn coded_columns_are_as_long_as_declared_and_fully_used() {
         sections[s].2 = None;
         assert_refused(from_bytes(&assembled(&file, &sections)), "packing 0, expected 2");
     }
-    for s in [0, 1, 2, 6] {
+    for s in [3, 4, 5, 6, 7] {
         let mut sections = original.clone();
         sections[s].2 = Some(1);
         assert_refused(from_bytes(&assembled(&file, &sections)), "packing 2, expected 0 or 1");
@@ -250,9 +198,12 @@ fn a_deflate_bomb_is_refused() {
     let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
     packer.write_all(&zeros).expect("memory takes every byte");
     let bomb = packer.finish().expect("memory takes every byte");
-    let (at, next) = (sections(&file)[1], sections(&file)[2]);
+    let all = sections(&file);
+    let (at, next) = (all[4], all[5]);
     for length in [zeros.len() as u64, 64 * bomb.len() as u64, 1] {
-        let bombed = [&file[..at], &section(b"EVNT", 1, &bomb, length), &file[next..]].concat();
+        let rest = &file[next..file.len() - FOOTER];
+        let bombed = [&file[..at], &section(b"EVNT", 1, &bomb, length), rest].concat();
+        let bombed = with_footer(bombed, all[INFO]);
         assert_refused(from_bytes(&bombed), "section EVNT");
     }
 }

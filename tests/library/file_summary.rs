@@ -1,14 +1,11 @@
-//! The summary of a spectrum file, from its first sections: it is correct, and no more of the file is read.
+//! The summary of a spectrum file, from its tables: it is correct, and no more of the file is read.
 
 use std::io::{Cursor, Read, Result as IoResult, Seek, SeekFrom};
 
+use crate::common::file_sections::{FILE_HEAD, assembled, sections, tag, unpacked};
 use crate::common::synthetic::{Growth, growing_sphere, small};
 use isospectrum::file::{Summary, from_bytes, to_bytes};
 use isospectrum::spectrum::{Size, Spectrum};
-
-/// Lengths of the head of a section and of the head of the file, bytes.
-const SECTION_HEAD: usize = 28;
-const FILE_HEAD: usize = 16;
 
 /// A file that counts the bytes read.
 struct Counted<'a> {
@@ -37,12 +34,6 @@ fn summary(bytes: &[u8]) -> isospectrum::Result<(Summary, usize)> {
     Ok((summary, file.n))
 }
 
-/// Bytes in the file of a section that begins at `at`, with its head.
-fn section(file: &[u8], at: usize) -> usize {
-    let length = file[at + 8..at + 16].try_into().expect("eight bytes");
-    SECTION_HEAD + u64::from_le_bytes(length) as usize
-}
-
 fn sphere() -> Spectrum {
     growing_sphere(&Growth {
         subdivisions: 4,
@@ -54,7 +45,7 @@ fn sphere() -> Spectrum {
 }
 
 #[test]
-fn a_summary_reads_two_sections_and_the_heads_of_the_others() {
+fn a_summary_reads_the_tables_and_no_chunk() {
     let file = to_bytes(&sphere()).expect("valid");
     let whole = from_bytes(&file).expect("just written");
     let (found, n) = summary(&file).expect("just written");
@@ -62,9 +53,8 @@ fn a_summary_reads_two_sections_and_the_heads_of_the_others() {
     assert_eq!(found.spectrum.about(), whole.about());
     assert_eq!((found.spectrum.n_vertices(), found.spectrum.triangles().len()), (0, 0));
     assert_eq!(found.bytes, file.len() as u64);
-    let info = section(&file, FILE_HEAD);
-    let events = section(&file, FILE_HEAD + info);
-    assert_eq!(n, FILE_HEAD + info + events + 5 * SECTION_HEAD);
+    let tables = file.len() - tables_at(&file);
+    assert_eq!(n, FILE_HEAD + tables);
     assert!(20 * n < file.len(), "{n} of {} bytes", file.len());
 }
 
@@ -76,30 +66,27 @@ fn every_truncated_or_damaged_summary_is_refused() {
         assert!(!refused.contains('\n'), "{refused}");
     }
     let longer = summary(&[&file[..], b"x"].concat()).expect_err("one byte more").to_string();
-    assert_eq!(longer, "1 bytes after the last section");
-    let info = section(&file, FILE_HEAD);
-    let read = FILE_HEAD + info + section(&file, FILE_HEAD + info);
-    for at in 0..read {
+    assert_eq!(longer, "the file ends too early, or other bytes follow its end");
+    for at in (0..FILE_HEAD).chain(tables_at(&file)..file.len()) {
         let mut damaged = file.clone();
         damaged[at] ^= 1 << (at % 8);
         assert!(summary(&damaged).is_err(), "byte {at}");
     }
 }
 
+/// The offset of the tables of a file.
+fn tables_at(file: &[u8]) -> usize {
+    sections(file).into_iter().find(|&at| tag(file, at) == b"INFO").expect("a description")
+}
+
 /// The file with a text of `INFO` replaced, and correct checksums.
 fn with_replaced_info(file: &[u8], text: &str, other: &str) -> Vec<u8> {
-    let end = FILE_HEAD + section(file, FILE_HEAD);
-    let info = std::str::from_utf8(&file[FILE_HEAD + SECTION_HEAD..end]).expect("JSON");
-    assert!(info.contains(text), "{info}");
-    let info = info.replacen(text, other, 1);
-    let mut changed = file[..FILE_HEAD + 8].to_vec();
-    let length = (info.len() as u64).to_le_bytes();
-    changed.extend([length, length].concat());
-    let crc = crc32fast::hash(&[&changed[FILE_HEAD..], info.as_bytes()].concat());
-    changed.extend(crc.to_le_bytes());
-    changed.extend(info.as_bytes());
-    changed.extend(&file[end..]);
-    changed
+    let mut sections = unpacked(file);
+    let (_, info, _) = sections.iter_mut().find(|(tag, ..)| tag == b"INFO").expect("a description");
+    let found = std::str::from_utf8(info).expect("JSON");
+    assert!(found.contains(text), "{found}");
+    *info = found.replacen(text, other, 1).into_bytes();
+    assembled(file, &sections)
 }
 
 #[test]
@@ -122,10 +109,17 @@ fn a_wrong_size_is_an_error_of_one_line() {
     assert!(message.starts_with("section INFO: missing field `size`"), "{message}");
     let message = refused("\"knots\":", "\"nots\":");
     assert!(message.starts_with("section INFO: unknown field `nots`"), "{message}");
-    // A summary does not check the size: for that, all sections would be read.
+    // A summary checks the size as far as the index has it.
     let changed =
         with_replaced_info(&file, &format!("\"triangles\":{triangles},"), "\"triangles\":7,");
-    assert_eq!(summary(&changed).expect("a size").0.size.triangles, 7);
+    let message = summary(&changed).expect_err("another size").to_string();
+    assert_eq!(message, format!("section INFO: 7 triangles, found {triangles}"));
+    let changed = with_replaced_info(
+        &file,
+        &format!("\"most_triangles\":{most_triangles},"),
+        "\"most_triangles\":7,",
+    );
+    assert_eq!(summary(&changed).expect("a size").0.size.most_triangles, 7);
     let without = with_replaced_info(&file, &format!(",\"size\":{size}"), "");
     let message = summary(&without).expect_err("no size").to_string();
     assert!(message.starts_with("section INFO: missing field `size`"), "{message}");
