@@ -1,8 +1,9 @@
 //! The spectrum file, `.isp`, the folder of parts, and the layout of the thesis. The reader and the writer of each part are in one file.
 //!
 //! FORMAT.md describes the file byte by byte. It is small because numbers are stored as
-//! differences from predictions (`predict`) and entropy coded (`coder`). It is safe to read from untrusted
-//! sources: sections have lengths and checksums (`section`), there are no offsets, and the result passes
+//! differences from predictions (`predict`) and entropy coded (`coder`). A mesh needs only some of its chunks, which form a tree (`tree`);
+//! `encode` and `decode` go through this. It is safe to read from untrusted
+//! sources: sections have lengths and checksums (`section`), the positions of chunks follow from their lengths (`container`), and the result passes
 //! [`Spectrum::check`](crate::Spectrum::check).
 
 mod by_rank;
@@ -13,6 +14,7 @@ mod container;
 mod decode;
 mod encode;
 mod facing;
+mod file_query;
 mod folder;
 mod folder_index;
 mod folder_query;
@@ -41,6 +43,7 @@ pub use crate::atomic_file::{
     block_writes, final_path, parent_folder, write_atomically, write_synced,
 };
 pub use crate::atomic_folder::TemporaryFolder;
+pub use file_query::FileQuery;
 pub(crate) use folder::sub_patch;
 pub use folder::{SpectrumFolder, is_folder, own_files};
 pub(crate) use folder_index::{ChunkName, PART, chunk_name, key_in_part, seam_bytes, seam_name};

@@ -1,14 +1,15 @@
-//! A spectrum in memory, or a folder of parts that are read on demand.
+//! A spectrum in memory, or a file or a folder of which parts are read on demand.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use isospectrum::file::{self, FolderQuery, SpectrumFolder};
+use isospectrum::file::{self, FileQuery, FolderQuery, SpectrumFile, SpectrumFolder};
 use isospectrum::{Mesh, Query, Result, Spectrum};
 
-/// A spectrum in memory, or a folder of parts. The index for queries is built on first use.
+/// A spectrum in memory, a file, or a folder of parts. The index for queries is built on first use.
 pub(crate) enum Handle {
     Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Query<Arc<Spectrum>>>> },
+    File { file: Arc<SpectrumFile>, query: Box<Mutex<FileQuery>>, all: OnceLock<Arc<Spectrum>> },
     Folder { folder: Box<SpectrumFolder>, query: Box<Mutex<FolderQuery>> },
 }
 
@@ -29,15 +30,19 @@ impl Handle {
         if file::is_folder(path) {
             return Handle::folder(path);
         }
-        let is_thesis = path.extension().is_some_and(|e| e == "thesis");
-        let read = if is_thesis { file::thesis::read(path) } else { file::read(path) };
-        read.map(Handle::whole)
+        if path.extension().is_some_and(|e| e == "thesis") {
+            return file::thesis::read(path).map(Handle::whole);
+        }
+        let file = Arc::new(SpectrumFile::open(path)?);
+        let query = Box::new(Mutex::new(FileQuery::new(file.clone())));
+        Ok(Handle::File { file, query, all: OnceLock::new() })
     }
 
-    /// The spectrum; of a folder without trajectories and triangles.
+    /// The spectrum; of a file or a folder without trajectories and triangles.
     pub(crate) fn summary(&self) -> &Spectrum {
         match self {
             Handle::Whole { spectrum, .. } => spectrum,
+            Handle::File { file, .. } => file.description(),
             Handle::Folder { folder, .. } => folder.whole(),
         }
     }
@@ -47,6 +52,10 @@ impl Handle {
         match self {
             Handle::Whole { spectrum: s, .. } => {
                 [s.n_vertices(), s.knots().len(), s.triangles().len()].map(|n| n as u64)
+            }
+            Handle::File { file, .. } => {
+                let size = file.size();
+                [size.trajectories, size.knots, size.triangles]
             }
             Handle::Folder { folder, .. } => folder.index().size,
         }
@@ -59,6 +68,9 @@ impl Handle {
                 let query = query.get_or_init(|| Mutex::new(Query::new(spectrum.clone())));
                 query.lock().unwrap_or_else(PoisonError::into_inner).mesh_at(isovalue)
             }
+            Handle::File { query, .. } => {
+                query.lock().unwrap_or_else(PoisonError::into_inner).mesh_at(isovalue)
+            }
             Handle::Folder { query, .. } => {
                 query.lock().unwrap_or_else(PoisonError::into_inner).mesh_at(isovalue)
             }
@@ -69,13 +81,24 @@ impl Handle {
     pub(crate) fn around(&self, isovalues: &[f64]) -> Result<Arc<Spectrum>> {
         match self {
             Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
+            Handle::File { file, all, .. } => match all.get() {
+                Some(all) => Ok(all.clone()),
+                None => file.read_around(isovalues).map(Arc::new),
+            },
             Handle::Folder { folder, .. } => folder.read_around(isovalues).map(Arc::new),
         }
     }
 
     /// The whole spectrum.
     pub(crate) fn all(&self) -> Result<Arc<Spectrum>> {
-        let (low, high) = self.summary().range();
-        self.around(&[low, high])
+        let Handle::File { file, all, .. } = self else {
+            let (low, high) = self.summary().range();
+            return self.around(&[low, high]);
+        };
+        if let Some(all) = all.get() {
+            return Ok(all.clone());
+        }
+        let read = Arc::new(file.read()?);
+        Ok(all.get_or_init(|| read).clone())
     }
 }

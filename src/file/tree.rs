@@ -137,6 +137,15 @@ impl Tree {
         (0..chunk).filter(is_above)
     }
 
+    /// The ranks that need the same chunks as a rank: the span of a chunk without children.
+    pub(super) fn span_at(&self, rank: u32) -> Range<u32> {
+        let mut chunk = 0;
+        while let Some(pivot) = self.0[chunk].pivot {
+            chunk = self.children(chunk)[usize::from(rank > pivot)];
+        }
+        self.0[chunk].span.clone()
+    }
+
     /// The children of a chunk with a pivot.
     pub(super) fn children(&self, chunk: usize) -> [usize; 2] {
         [chunk + 1, self.0[chunk + 1].end]

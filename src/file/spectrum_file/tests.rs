@@ -1,0 +1,165 @@
+//! Files of many chunks.
+
+use std::sync::{Arc, LazyLock};
+
+use super::*;
+use crate::kernels::{Backend, Choice};
+use crate::progress::Silent;
+use crate::random::Random;
+use crate::spectrum::Query;
+use crate::sweep::{Parameters, compute};
+use crate::volume::phantom;
+
+/// A spectrum, and its file in chunks of few triangles.
+fn in_chunks() -> (Spectrum, Vec<u8>, FileTables) {
+    static ONCE: LazyLock<(Spectrum, Vec<u8>)> = LazyLock::new(computed);
+    let (spectrum, bytes) = ONCE.clone();
+    let tables = FileTables::read(&&bytes[..]).expect("just written");
+    (spectrum, bytes, tables)
+}
+
+fn computed() -> (Spectrum, Vec<u8>) {
+    let volume = Arc::new(phantom("blobs:12").expect("a phantom"));
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+    let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent).expect("one");
+    let spectrum = spectrum.quantised();
+    let n_ranks = spectrum.isovalues().len() as u32;
+    let tree = Tree::with_chunks_of(500, spectrum.triangles(), n_ranks);
+    let units = Units::of_file(spectrum.tolerance());
+    let encoded = encode(spectrum, &tree, units).expect("a mesh");
+    let Written { bytes, spectrum, .. } = written(&tree, encoded).expect("a short description");
+    let tables = FileTables::read(&&bytes[..]).expect("just written");
+    assert!(tables.sizes.len() >= 9, "{} chunks", tables.sizes.len());
+    (spectrum, bytes)
+}
+
+/// The file with some bytes of chunks replaced, and checksums that fit.
+fn with_chunks(bytes: &[u8], tables: &FileTables, chunks: &[Vec<u8>]) -> Vec<u8> {
+    let mut file = bytes[..16].to_vec();
+    let mut sizes = tables.sizes.clone();
+    for (size, chunk) in sizes.iter_mut().zip(chunks) {
+        (size.bytes, size.crc) = (chunk.len() as u64, crc32fast::hash(chunk));
+        file.extend(chunk);
+    }
+    let position = file.len();
+    let mut rest = &bytes[tables.places[tables.places.len() - 1].end as usize..];
+    let start = rest;
+    for tag in [*b"INFO", *b"EVNT", *b"ISOV", *b"COLL"] {
+        super::super::section::split_section(&mut rest, tag).expect("just written");
+    }
+    file.extend(&start[..start.len() - rest.len()]);
+    super::super::container::write_end(&mut file, &tables.tree, &sizes, position);
+    file
+}
+
+fn chunks_of(bytes: &[u8], tables: &FileTables) -> Vec<Vec<u8>> {
+    let of =
+        |place: &std::ops::Range<u64>| bytes[place.start as usize..place.end as usize].to_vec();
+    tables.places.iter().map(of).collect()
+}
+
+#[test]
+fn a_file_of_many_chunks_is_read_as_written_and_written_again() {
+    let (spectrum, bytes, tables) = in_chunks();
+    let read = from_bytes(&bytes).expect("just written");
+    assert!(read == spectrum);
+    let units = Units::of_file(read.tolerance());
+    let again = encode(read, &tables.tree, units).expect("a mesh");
+    assert!(written(&tables.tree, again).expect("a file").bytes == bytes);
+}
+
+#[test]
+fn chunks_at_an_isovalue_give_the_mesh_of_the_whole() {
+    let (spectrum, bytes, tables) = in_chunks();
+    let mut whole = Query::new(&spectrum);
+    let (low, high) = spectrum.range();
+    let between = (0..40).map(|i| low + (high - low) * f64::from(i) / 39.0);
+    let of_table = spectrum.isovalues().iter().copied().step_by(13);
+    let (mut n_read, mut n_meshes) = (0, 0);
+    for c in between.chain(of_table).filter(|c| (low..=high).contains(c)) {
+        let rank = spectrum.rank_at(c).expect("inside");
+        let patch = patch(&tables, &&bytes[..], rank..=rank).expect("just written");
+        let part = Spectrum::new(about(&tables), patch).expect("valid");
+        n_read += part.triangles().len();
+        n_meshes += 1;
+        assert_eq!(part.mesh_at(c).expect("inside"), whole.mesh_at(c).expect("inside"), "at {c}");
+    }
+    let (mean, all) = (n_read / n_meshes, spectrum.triangles().len());
+    assert!(2 * mean < all, "{mean} of {all} triangles are read");
+}
+
+#[test]
+fn a_damaged_chunk_is_named_and_the_others_still_give_meshes() {
+    let (spectrum, mut bytes, tables) = in_chunks();
+    let last = tables.sizes.len() - 1;
+    bytes[tables.places[last].start as usize + 40] ^= 4;
+    let error = from_bytes(&bytes).expect_err("damaged").to_string();
+    let span = &tables.tree.chunks()[last].span;
+    let [from, to] = [span.start, span.end - 1].map(|rank| spectrum.isovalues()[rank as usize]);
+    let expected =
+        format!("chunk {last} (isovalues {from} to {to}): damaged: its checksum is wrong");
+    assert_eq!(error, expected);
+    let below = span.start - 1;
+    let patch = patch(&tables, &&bytes[..], below..=below).expect("another chunk");
+    Spectrum::new(about(&tables), patch).expect("valid");
+}
+
+#[test]
+fn chunks_that_are_missing_doubled_or_swapped_are_refused() {
+    let (_, bytes, tables) = in_chunks();
+    let chunks = chunks_of(&bytes, &tables);
+    assert!(with_chunks(&bytes, &tables, &chunks) == bytes);
+    for i in 1..chunks.len() {
+        for (what, change) in [
+            (
+                "doubled",
+                (|chunks, i| chunks[i] = chunks[i - 1].clone()) as fn(&mut Vec<Vec<u8>>, usize),
+            ),
+            ("swapped", |chunks, i| chunks.swap(i - 1, i)),
+            ("empty", |chunks, i| chunks[i].clear()),
+        ] {
+            let mut chunks = chunks.clone();
+            change(&mut chunks, i);
+            let error = from_bytes(&with_chunks(&bytes, &tables, &chunks)).expect_err(what);
+            let error = error.to_string();
+            assert!(error.starts_with("chunk ") && !error.contains('\n'), "{what} {i}: {error}");
+        }
+        // Without their bytes in the index, other bytes are in no chunk.
+        let place = &tables.places[i];
+        let without = [&bytes[..place.start as usize], &bytes[place.end as usize..]].concat();
+        assert!(from_bytes(&without).is_err());
+    }
+}
+
+#[test]
+fn changed_bytes_of_chunks_under_checksums_that_fit_are_refused_or_still_valid() {
+    let (_, bytes, tables) = in_chunks();
+    let original = chunks_of(&bytes, &tables);
+    let mut random = Random::new(11);
+    let mut n_read = 0;
+    for _ in 0..100 {
+        let mut chunks = original.clone();
+        let i = random.below(chunks.len());
+        let mut sections = Vec::new();
+        let mut rest = &chunks[i][..];
+        while rest.len() > 28 {
+            let n = u64::from_le_bytes(rest[8..16].try_into().expect("eight bytes")) as usize;
+            sections.push(rest[..28 + n].to_vec());
+            rest = &rest[28 + n..];
+        }
+        let section = &mut sections[random.below(3)];
+        let at = 28 + random.below(section.len() - 28);
+        section[at] = random.below(256) as u8;
+        let crc = crc32fast::hash(&[&section[..24], &section[28..]].concat());
+        section[24..28].copy_from_slice(&crc.to_le_bytes());
+        chunks[i] = sections.concat();
+        match from_bytes(&with_chunks(&bytes, &tables, &chunks)) {
+            Ok(spectrum) => {
+                spectrum.check().expect("what is read is valid");
+                n_read += 1;
+            }
+            Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
+        }
+    }
+    assert!(n_read > 0, "all were refused");
+}
