@@ -12,7 +12,7 @@ use crate::mesh::{Face, HalfEdgeMesh, Replacement, Vertex};
 /// The mesh with the changed parts.
 pub(super) struct Joined {
     pub(super) tracked: Tracked,
-    /// The removed faces.
+    /// The removed faces, ascending; caps last.
     pub(super) removed: Vec<Face>,
     /// The new faces, and the removed face that each was, if any.
     pub(super) faces: Vec<(Face, Option<Face>)>,

@@ -282,7 +282,7 @@ impl Region {
             for j in 1..grid.dims[1] - 2 {
                 let first = grid.vertex([1, j, k]);
                 let end = first + grid.dims[0] as u32 - 3;
-                (first..end).for_each(|cell| region.set(cell, false));
+                region.clear(first, end);
             }
         }
         region
@@ -310,6 +310,17 @@ impl Region {
             *word |= bit;
         } else {
             *word &= !bit;
+        }
+    }
+
+    /// Makes the cells from `first` to before `end` no longer exact, a word at a time.
+    fn clear(&mut self, first: u32, end: u32) {
+        let (from, to) = (first as usize / 64, (end - 1) as usize / 64);
+        let [low, high] = [u64::MAX << (first % 64), u64::MAX >> (63 - (end - 1) % 64)];
+        for word in from..=to {
+            let low = if word == from { low } else { u64::MAX };
+            let high = if word == to { high } else { u64::MAX };
+            self.exact[word] &= !(low & high);
         }
     }
 

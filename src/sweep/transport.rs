@@ -363,16 +363,19 @@ pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usiz
     is_off(criteria, t, most).then_some(2)
 }
 
-/// The faces that fail a check.
-pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Face> {
+/// Those of some faces that fail a check.
+pub(super) fn faults(
+    tracked: &Tracked,
+    criteria: &Criteria,
+    parameters: &Parameters,
+    faces: Vec<Face>,
+) -> Vec<Face> {
     let mesh = &tracked.mesh;
     let most = MAX_DEVIATION_FACTOR * parameters.error as f32;
-    let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
-    faces
-        .par_iter()
-        .with_min_len(256)
-        .filter_map(|&f| fault(criteria, mesh.corners(f), most).map(|_| f))
-        .collect()
+    let fails = |f: &Face| {
+        mesh.has_face(*f) && !mesh.is_cap(*f) && fault(criteria, mesh.corners(*f), most).is_some()
+    };
+    faces.into_par_iter().with_min_len(256).filter(fails).collect()
 }
 
 /// Whether a face's barycentre is farther than `most` from the isosurface, both by the field's slope there and along its

@@ -25,6 +25,7 @@ use crate::sweep::part::MeshPart;
 use crate::sweep::region::Region;
 use crate::sweep::repair::repair_faults;
 use crate::sweep::tracked::Tracked;
+use crate::sweep::transport::faults;
 
 /// Rounds of split, collapse, flip and relaxation.
 const ROUNDS: usize = 3;
@@ -78,8 +79,11 @@ impl Improvement<'_> {
             let mesh = &mut fresh.made.mesh;
             let deviations = criteria.deviations(mesh);
             refine(mesh, &criteria, &deviations);
-            flip_edges(mesh, &criteria, 2, Flips::ALL);
-            repair_faults(&mut fresh.made, self.region, &criteria, self.parameters);
+            let edges = mesh.edges().collect();
+            flip_edges(mesh, &criteria, edges, 2, Flips::ALL);
+            let faces = mesh.faces().collect();
+            let bad = faults(&fresh.made, &criteria, self.parameters, faces);
+            repair_faults(&mut fresh.made, self.region, &criteria, self.parameters, &bad);
             fresh.pin(false);
         });
         Ok(())
@@ -191,5 +195,6 @@ fn edit(mesh: &mut HalfEdgeMesh, criteria: &Criteria) {
     split_long(mesh, criteria, &length, 1.4);
     extend_sizing(mesh, &mut length);
     simplify(mesh, criteria, &length, Bounds { short: 0.75, share: COLLAPSE_SHARE });
-    flip_edges(mesh, criteria, 3, Flips::ALL);
+    let edges = mesh.edges().collect();
+    flip_edges(mesh, criteria, edges, 3, Flips::ALL);
 }
