@@ -224,6 +224,14 @@ impl Field {
         self.gradient_in(self.locate(p))
     }
 
+    /// The value and the gradient at a position.
+    pub(crate) fn value_and_gradient(&self, p: Vec3) -> (f32, Vec3) {
+        let point = self.locate(p);
+        let corners = self.corners(point.cell);
+        let gradient = slope(&corners, point.local) * self.inverse_cell_size;
+        (interpolate(&corners, point.local), gradient)
+    }
+
     /// The gradient at a point of a given cell, per voxel. On a face the two neighbouring cells have different ones.
     pub fn gradient_in(&self, point: CellPoint) -> Vec3 {
         slope(&self.corners(point.cell), point.local) * self.inverse_cell_size

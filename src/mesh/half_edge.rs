@@ -34,6 +34,9 @@ use crate::error::{Error, Result};
 /// Content of an empty slot.
 pub(super) const NONE: u32 = u32::MAX;
 
+/// If fewer than one of this many vertices are free, their faces are found one by one, else all faces are asked.
+const FEW: usize = 16;
+
 /// Slots per task at least, where all of them are visited.
 const MIN_TASK: usize = 1024;
 
@@ -396,8 +399,17 @@ impl HalfEdgeMesh {
 
     /// The free vertices and their neighbours, with the faces between them; the neighbours are constrained and have empty one-rings.
     pub fn compacted_where(&self, is_free: impl Fn(Vertex) -> bool + Sync) -> Compacted {
-        let is_near = |f: &Face| self.face_vertices(*f).into_iter().any(&is_free);
-        let faces: Vec<Face> = self.par_faces().filter(is_near).collect();
+        let free: Vec<Vertex> = self.vertices().filter(|&v| is_free(v)).collect();
+        let faces = if free.len() < self.n_vertices / FEW {
+            let around = free.iter().flat_map(|&v| self.spokes(v)).map(|h| self.face(h));
+            let mut faces: Vec<Face> = around.collect();
+            faces.sort_unstable();
+            faces.dedup();
+            faces
+        } else {
+            let is_near = |f: &Face| self.face_vertices(*f).into_iter().any(&is_free);
+            self.par_faces().filter(is_near).collect()
+        };
         let mut is_in = vec![false; self.vertex_slots()];
         let vertices = faces.iter().flat_map(|&f| self.face_vertices(f));
         vertices.for_each(|v| is_in[v.0 as usize] = true);

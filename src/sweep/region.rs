@@ -219,10 +219,19 @@ impl PaddedGrid {
         })
     }
 
-    /// Some blocks, by number.
-    pub(super) fn marked(&self, blocks: impl Iterator<Item = u32>) -> Vec<bool> {
-        let mut marked = vec![false; self.blocks().iter().product()];
-        blocks.for_each(|b| marked[b as usize] = true);
+    /// By block, whether it is at most `distance` blocks away along every axis from one of some blocks.
+    pub(super) fn marked(&self, blocks: impl Iterator<Item = u32>, distance: usize) -> Vec<bool> {
+        let [nx, ny, nz] = self.blocks();
+        let mut marked = vec![false; nx * ny * nz];
+        for b in blocks {
+            let p = self.block_position(b);
+            let [x, y, z] = std::array::from_fn(|a| {
+                p[a].saturating_sub(distance)..(p[a] + distance + 1).min([nx, ny, nz][a])
+            });
+            for row in z.flat_map(|k| y.clone().map(move |j| nx * (j + ny * k))) {
+                marked[row + x.start..row + x.end].fill(true);
+            }
+        }
         marked
     }
 

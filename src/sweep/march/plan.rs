@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::state::{MIN_EXACT_STEPS, March, State, sorted};
-use crate::mesh::Vertex;
 use crate::sweep::calendar::Passage;
 use crate::sweep::region::Region;
 
@@ -84,12 +83,8 @@ impl March<'_, '_> {
 
     /// The blocks with vertices of the mesh, ascending.
     pub(super) fn tracked_blocks(&self, state: &State) -> Vec<u32> {
-        let mesh = &state.tracked.mesh;
-        let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().map(Vertex);
-        let mut blocks: Vec<u32> = vertices
-            .filter(|&v| mesh.has_vertex(v))
-            .map(|v| self.block_at(mesh.position(v)))
-            .collect();
+        let mut blocks: Vec<u32> =
+            state.tracked.mesh.vertices().map(|v| state.places.block(v)).collect();
         blocks.par_sort_unstable();
         blocks.dedup();
         blocks

@@ -109,6 +109,7 @@ impl March<'_, '_> {
         changed.dedup();
         self.record.forget(&state.tracked);
         self.record.changed(&state.tracked, changed, isovalue, |slot| causes.of(slot));
+        state.places = self.places(&state.tracked);
         self.counts.faults += faults.len() as u64;
         let middle = |f: Face| state.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0;
         let places: Vec<Vec3> = faults.into_iter().map(middle).collect();
@@ -137,6 +138,7 @@ impl March<'_, '_> {
     ) -> Result<Moved> {
         let transport = Transport {
             tracked: &state.tracked,
+            places: &state.places,
             region: &state.region,
             exact: self.exact(),
             field: self.field(),
@@ -209,6 +211,7 @@ impl March<'_, '_> {
             return None;
         }
         self.record.forget(&state.tracked);
+        state.places.update(&state.tracked, [], repaired.faces.iter().copied());
         self.record.changed(&state.tracked, repaired.faces, state.at, |_| Cause::Repair);
         Some(self.blocks_at(&places))
     }
@@ -256,10 +259,7 @@ impl March<'_, '_> {
 
     /// The state for a retry after some blocks have changed.
     fn retry(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: BTreeSet<u32>) -> Retry {
-        let grid = self.grid;
-        let marked =
-            |rings| grid.marked(changed.iter().flat_map(|&b| grid.blocks_within(b, rings)));
-        let [near, wide] = [1, 2].map(marked);
+        let [near, wide] = [1, 2].map(|rings| self.grid.marked(changed.iter().copied(), rings));
         Retry { before, fresh, near, wide }
     }
 }
