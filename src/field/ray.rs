@@ -18,7 +18,7 @@
 //! All values here are `sign * (f - isovalue)`, `sign` chosen so that the start is negative: "first
 //! reached" is "first zero", and "left the slab" is "below `lowest`".
 
-use super::grid::{Field, mix};
+use super::grid::{Field, floor, mix};
 use glam::{IVec3, Vec3};
 
 /// Number of cells that a ray visits at most: bounds the loop in kernels, far above what a mesh's step needs.
@@ -57,7 +57,7 @@ pub fn walk(field: &Field, from: Vec3, direction: Vec3, slab: Slab, reach: f32) 
     let dims = field.dims();
     let d = direction * field.inverse_cell_size();
     let x = from * field.inverse_cell_size();
-    let mut start = x.floor().as_ivec3();
+    let mut start = floor(x);
     let mut local = x - start.as_vec3();
     let step = steps(d);
     for a in 0..3 {

@@ -82,7 +82,11 @@ impl<'a> Calendar<'a> {
             .reduce(|| (below, above), |a, b| (a.0.max(b.0), a.1.min(b.1)));
         let is_near = |v: &u32| (below..=above).contains(&field.sample(*v));
         let mut samples: Vec<u32> = inner_samples(field).filter(is_near).collect();
-        samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
+        // Levels are found faster than keys, and decide most comparisons.
+        samples.par_sort_unstable_by(|&a, &b| {
+            let by_key = || (field.key(a), a).cmp(&(field.key(b), b));
+            field.level(a).cmp(&field.level(b)).then_with(by_key)
+        });
         let is_flat = |s: &Square| {
             let corners = PaddedGrid::of(field).corners(*s);
             corners.iter().all(|&c| field.sample(c) == field.sample(s.corner))

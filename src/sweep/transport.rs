@@ -318,13 +318,13 @@ impl Transport<'_> {
         let is_near = |b: u32| self.retry.is_none_or(|a| a.wide[b as usize]);
         let blocks = region.blocks().iter().copied().filter(|&b| is_near(b));
         let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
-        for cell in blocks.flat_map(|b| grid.cells_of(b)) {
-            let is_adjacent =
-                strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
-            if !is_adjacent {
-                continue;
-            }
-            let surface = extract_cell(exact, cell, self.step.next);
+        let is_adjacent = |&cell: &u32| {
+            strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s))
+        };
+        let cells: Vec<u32> = blocks.flat_map(|b| grid.cells_of(b)).filter(is_adjacent).collect();
+        let cells = cells.into_par_iter().with_min_len(64);
+        let surfaces = cells.map(|cell| extract_cell(exact, cell, self.step.next));
+        for surface in surfaces.collect::<Vec<_>>() {
             let mut numbers = Vec::with_capacity(surface.positions.len());
             for (crossing, &position) in surface.crossings.iter().zip(&surface.positions) {
                 let next = positions.len() as u32;

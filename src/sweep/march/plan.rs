@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::state::{MIN_EXACT_STEPS, March, State, sorted};
+use super::state::{MIN_EXACT_STEPS, March, State};
 use crate::sweep::calendar::Passage;
 use crate::sweep::region::Region;
 
@@ -34,10 +34,10 @@ impl March<'_, '_> {
         for &b in soon.iter().filter(|b| state.region.holds(**b)) {
             region.add(b);
         }
-        for (b, _) in sorted(state.back_offs.clone()).into_iter().filter(|r| r.1.until >= self.step)
-        {
+        let held = state.back_offs.iter().filter(|(_, back_off)| back_off.until >= self.step);
+        held.for_each(|(&b, _)| {
             region.add(b);
-        }
+        });
         let n_held = region.blocks().len();
         self.calendar.grow(&mut region, now);
         let crowded = self.crowded(state, &region);
@@ -83,11 +83,9 @@ impl March<'_, '_> {
 
     /// The blocks with vertices of the mesh, ascending.
     pub(super) fn tracked_blocks(&self, state: &State) -> Vec<u32> {
-        let mut blocks: Vec<u32> =
-            state.tracked.mesh.vertices().map(|v| state.places.block(v)).collect();
-        blocks.par_sort_unstable();
-        blocks.dedup();
-        blocks
+        let vertices = state.tracked.mesh.vertices();
+        let marked = self.grid.marked(vertices.map(|v| state.places.block(v)), 0);
+        (0..).zip(marked).filter(|b| b.1).map(|b| b.0).collect()
     }
 
     /// The blocks near critical points of a passage, ascending.

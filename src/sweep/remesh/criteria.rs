@@ -155,31 +155,30 @@ pub(crate) fn sizing(
     // The requested longest edge may be shorter than the default shortest one.
     let max_edge = criteria.max_edge;
     let min_edge = criteria.min_edge.min(max_edge);
-    let slots = (0..mesh.face_slots() as u32).into_par_iter().with_min_len(256).map(Face);
-    let inverse_square = |f: Face| {
-        if !mesh.has_face(f) || mesh.is_cap(f) {
-            return 0.0;
-        }
+    let faces: Vec<Face> = mesh.par_faces().filter(|&f| !mesh.is_cap(f)).collect();
+    let inverse_square = |&f: &Face| {
         let [a, b, c] = mesh.corners(f);
         let square = (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a)) / 3.0;
         let wanted = square * (goal / deviations[f.0 as usize].max(1e-6)).clamp(0.2, 4.0);
         1.0 / wanted.max(1e-12)
     };
-    let inverse_square: Vec<f32> = slots.map(inverse_square).collect();
-    let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().with_min_len(256).map(Vertex);
-    let limits = |faces: &mut Vec<Face>, v: Vertex| {
-        if !mesh.has_vertex(v) {
-            return max_edge;
+    let of_faces: Vec<f32> = faces.par_iter().with_min_len(256).map(inverse_square).collect();
+    let mut around = vec![(0.0f32, 0u32); mesh.vertex_slots()];
+    for (&f, inverse_square) in faces.iter().zip(of_faces) {
+        for v in mesh.face_vertices(f) {
+            let (sum, n) = &mut around[v.0 as usize];
+            (*sum, *n) = (*sum + inverse_square, *n + 1);
         }
-        // Sums are in the order of the faces, wherever the walk around the vertex starts.
-        faces.clear();
-        faces.extend(mesh.spokes(v).map(|h| mesh.face(h)).filter(|&f| !mesh.is_cap(f)));
-        faces.sort_unstable();
-        let sum = faces.iter().fold(0.0, |sum, f| sum + inverse_square[f.0 as usize]);
-        let wanted = match faces.len() {
-            0 => max_edge,
-            n => (n as f32 / sum).sqrt().clamp(min_edge, max_edge),
+    }
+    let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().with_min_len(256).map(Vertex);
+    let wanted = |v: Vertex| {
+        let wanted = match around[v.0 as usize] {
+            (_, 0) => max_edge,
+            (sum, n) => (n as f32 / sum).sqrt().clamp(min_edge, max_edge),
         };
+        if !mesh.has_vertex(v) {
+            return wanted;
+        }
         if mesh.is_fixed(v) {
             // The hull of the exact cells has corners at every cell; longer triangles would extend across them.
             return wanted.min(MAX_SEAM_EDGE);
@@ -189,7 +188,7 @@ pub(crate) fn sizing(
         }
         wanted.min((EDGES_PER_GAP * criteria.gap(mesh, v)).max(MIN_GAP_EDGE))
     };
-    let mut length: Vec<f32> = vertices.clone().map_init(Vec::new, limits).collect();
+    let mut length: Vec<f32> = vertices.clone().map(wanted).collect();
     // Lengths grow by at most half a length per length, so that triangles stay well shaped.
     for _ in 0..2 {
         let grown = |v: Vertex| {
