@@ -118,12 +118,11 @@ impl<'a> Calendar<'a> {
         passage.of(&self.critical, |c| c.0)
     }
 
-    /// The blocks with flat squares over which an isosurface of the passage jumps.
+    /// The cells with flat squares over which an isosurface of the passage jumps.
     pub(super) fn flats(&self, passage: Passage) -> impl Iterator<Item = u32> {
         let grid = PaddedGrid::of(self.field);
         let flats = passage.of(&self.flats, |s| self.field.order_key(s.corner)).iter();
-        let adjacent = flats.flat_map(move |&s| grid.adjacent_cells(s));
-        adjacent.filter_map(move |cell| grid.block_of_cell(cell))
+        flats.flat_map(move |&s| grid.adjacent_cells(s))
     }
 
     /// A passage extended towards `longer`, but not beyond the next sample value.
@@ -222,10 +221,10 @@ impl<'a> Calendar<'a> {
         };
         let mut squares = squares.to_vec();
         loop {
-            suspects.par_sort_unstable();
-            suspects.dedup();
-            let bad: Vec<u32> =
-                suspects.par_iter().copied().filter(|&v| is_bad(v, region.octants(v))).collect();
+            let mut bad: Vec<u32> =
+                suspects.into_par_iter().filter(|&v| is_bad(v, region.octants(v))).collect();
+            bad.par_sort_unstable();
+            bad.dedup();
             let open: Vec<Square> = squares.into_iter().filter(|&s| region.is_seam(s)).collect();
             let mut added: Vec<u32> = Vec::new();
             for v in bad {

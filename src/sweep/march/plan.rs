@@ -25,7 +25,8 @@ impl March<'_, '_> {
         let now = Passage::between(self.exact(), from, to);
         let mut soon = self.busy(ahead(LOOK_AHEAD_STEPS));
         let next_value = self.calendar.up_to_next_value(now, ahead(2.0 * LOOK_AHEAD_STEPS));
-        soon.extend(self.calendar.flats(next_value));
+        let flats = self.calendar.flats(next_value).filter(|&cell| state.region.is_exact(cell));
+        soon.extend(flats.filter_map(|cell| self.grid.block_of_cell(cell)));
         for &b in &busy {
             let entry = state.back_offs.entry(b).or_default();
             entry.until = entry.until.max(self.step + MIN_EXACT_STEPS);
