@@ -66,10 +66,14 @@ impl Moved {
 
     /// Adds the vertices of an earlier attempt that were not moved again.
     fn keep(&mut self, before: &Moved, tracked: &Tracked) {
-        let is_kept = |v: Vertex| tracked.mesh.has_vertex(v) && self.end(v).is_none();
-        let mut all: Vec<_> = before.all().filter(|v| is_kept(v.0)).collect();
-        all.extend(self.all());
-        all.sort_unstable_by_key(|v| v.0);
+        let mut old = before.all().filter(|v| tracked.mesh.has_vertex(v.0)).peekable();
+        let mut all = Vec::with_capacity(before.vertices.len());
+        for v in self.all() {
+            all.extend(std::iter::from_fn(|| old.next_if(|o| o.0 < v.0)));
+            old.next_if(|o| o.0 == v.0);
+            all.push(v);
+        }
+        all.extend(old);
         self.vertices = all.iter().map(|v| v.0).collect();
         self.positions = all.iter().map(|v| v.1).collect();
         self.normals = all.iter().map(|v| v.2).collect();

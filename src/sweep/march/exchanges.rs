@@ -271,9 +271,9 @@ impl March<'_, '_> {
             parameters: self.parameters(),
             isovalue: state.at,
         };
-        let record = &self.record;
-        let is_new = |v: Vertex| new.contains(&v) && record.begins(v, state.at);
-        let made = improvement.improved(&state.tracked, &is_new, kernels)?;
+        let begins = |v: &Vertex| self.record.begins(*v, state.at);
+        let new: &BTreeSet<Vertex> = &new.iter().copied().filter(begins).collect();
+        let made = improvement.improved(&state.tracked, new, kernels)?;
         let made: Vec<&Exchanged> = made.iter().collect();
         let Ok(joined) = join(&state.tracked, &made) else { return Ok(Vec::new()) };
         let vertices = joined.vertices.clone();
