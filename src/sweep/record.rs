@@ -22,6 +22,9 @@ pub(super) struct OwnKnot {
     pub(super) normal: Vec3,
 }
 
+/// The trajectories of a face, and the isovalue since which they are those.
+type Alive = ([Track; 3], f64);
+
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recorder {
@@ -32,15 +35,15 @@ pub(super) struct Recorder {
     pub(super) ended: Ended,
     /// By vertex slot.
     tracks: Vec<Option<Track>>,
-    /// By face slot: the trajectories, and the isovalue since which they are those.
-    alive: Vec<Option<([Track; 3], f64)>>,
+    /// By face slot.
+    alive: Vec<Option<Alive>>,
 }
 
 /// A state of the recorder to roll back to.
 #[derive(Clone, Debug)]
 pub(super) struct Mark {
     tracks: Vec<Option<Track>>,
-    alive: Vec<Option<([Track; 3], f64)>>,
+    alive: Vec<Option<Alive>>,
     n_lives: usize,
     n_knots: usize,
     ended: Ended,
@@ -173,8 +176,7 @@ impl Recorder {
 
     /// Records an exchange at an isovalue.
     pub(super) fn exchanged(&mut self, joined: &Joined, isovalue: f64) {
-        let mut before: Vec<(Face, Option<([Track; 3], f64)>)> =
-            Vec::with_capacity(joined.removed.len());
+        let mut before: Vec<(Face, Option<Alive>)> = Vec::with_capacity(joined.removed.len());
         for &f in &joined.removed {
             if let Some(alive) = self.alive.get_mut(f.0 as usize).and_then(Option::take) {
                 before.push((f, Some(alive)));
@@ -214,7 +216,7 @@ impl Recorder {
     }
 
     /// Writes a lifetime that ends at an isovalue; at the end of the march without a cause.
-    fn write(&mut self, (vertices, since): ([Track; 3], f64), isovalue: f64, cause: Option<Cause>) {
+    fn write(&mut self, (vertices, since): Alive, isovalue: f64, cause: Option<Cause>) {
         let (low, high) = (since.min(isovalue), since.max(isovalue));
         if low < high {
             cause.into_iter().for_each(|cause| self.ended.add(cause));
