@@ -14,6 +14,8 @@ pub(crate) struct Bins {
     size: Vec3,
     /// The largest index of a bin along each axis.
     last: IVec3,
+    /// The lowest bin of each box.
+    lowest: Vec<IVec3>,
     /// The number of a bin, times 2^32, plus the index of a box; ascending.
     entries: Vec<u64>,
 }
@@ -24,11 +26,14 @@ impl Bins {
         let origin = boxes.iter().map(|b| b.0).reduce(Vec3::min).unwrap_or_default();
         let top = boxes.iter().map(|b| b.1).reduce(Vec3::max).unwrap_or_default();
         let (size, last) = (Vec3::splat(size), IVec3::ZERO);
-        let mut bins = Bins { origin, size, last, entries: Vec::new() };
+        let (lowest, entries) = (Vec::new(), Vec::new());
+        let mut bins = Bins { origin, size, last, lowest, entries };
         bins.widen(boxes, top);
+        let mut lowest = Vec::with_capacity(boxes.len());
         let mut entries: Vec<u64> = Vec::with_capacity(4 * boxes.len());
         for (i, b) in (0u64..).zip(boxes) {
             let (low, high) = (bins.bin(b.0), bins.bin(b.1));
+            lowest.push(low);
             for z in low.z..=high.z {
                 for y in low.y..=high.y {
                     let number = |x| bins.number(IVec3::new(x, y, z));
@@ -38,7 +43,7 @@ impl Bins {
             }
         }
         entries.par_sort_unstable();
-        Bins { entries, ..bins }
+        Bins { lowest, entries, ..bins }
     }
 
     /// Doubles the bins along the axis along which boxes overlap the most, until the number of entries is a small
@@ -77,9 +82,9 @@ impl Bins {
         x + nx * (y + ny * z)
     }
 
-    /// The number of the bin that contains a point of a box.
-    pub(crate) fn number_at(&self, p: Vec3) -> u64 {
-        self.number(self.bin(p))
+    /// The number of the lowest bin that two boxes overlap, if they overlap each other.
+    pub(crate) fn first_common(&self, i: u32, j: u32) -> u64 {
+        self.number(self.lowest[i as usize].max(self.lowest[j as usize]))
     }
 
     /// The entries of each bin that is not empty: one for every box in it, ascending.
@@ -95,7 +100,9 @@ mod tests {
     impl Bins {
         /// The boxes in the bin of a point, ascending.
         fn boxes_at(&self, p: Vec3) -> Vec<u32> {
-            let at = |e: &&u64| self.bin(p).cmple(self.last).all() && *e >> 32 == self.number_at(p);
+            let at = |e: &&u64| {
+                self.bin(p).cmple(self.last).all() && *e >> 32 == self.number(self.bin(p))
+            };
             self.entries.iter().filter(at).map(|e| *e as u32).collect()
         }
     }

@@ -53,7 +53,7 @@ fn pairs_of<'a>(
             let g = other as u32;
             let b = boxes[g as usize];
             let overlap = a.0.cmple(b.1).all() && b.0.cmple(a.1).all();
-            (overlap && bins.number_at(a.0.max(b.0)) == entry >> 32).then_some([f, g])
+            (overlap && bins.first_common(f, g) == entry >> 32).then_some([f, g])
         })
     })
 }
