@@ -100,10 +100,12 @@ mod tests {
     impl Bins {
         /// The boxes in the bin of a point, ascending.
         fn boxes_at(&self, p: Vec3) -> Vec<u32> {
-            let at = |e: &&u64| {
-                self.bin(p).cmple(self.last).all() && *e >> 32 == self.number(self.bin(p))
-            };
-            self.entries.iter().filter(at).map(|e| *e as u32).collect()
+            let bin = self.bin(p);
+            if bin.cmplt(IVec3::ZERO).any() || bin.cmpgt(self.last).any() {
+                return Vec::new();
+            }
+            let at = self.number(bin);
+            self.entries.iter().filter(|e| *e >> 32 == at).map(|e| *e as u32).collect()
         }
     }
 

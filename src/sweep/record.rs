@@ -162,18 +162,6 @@ impl Recorder {
         }
     }
 
-    /// Records that any face may have changed at an isovalue, for a cause by face slot.
-    pub(super) fn changed_all(
-        &mut self,
-        tracked: &Tracked,
-        isovalue: f64,
-        cause: impl Fn(usize) -> Cause,
-    ) {
-        self.forget(tracked);
-        let faces = (0..tracked.mesh.face_slots() as u32).map(Face);
-        self.changed(tracked, faces, isovalue, cause);
-    }
-
     /// Records an exchange at an isovalue.
     pub(super) fn exchanged(&mut self, joined: &Joined, isovalue: f64) {
         let mut before: Vec<(Face, Option<Alive>)> = Vec::with_capacity(joined.removed.len());

@@ -250,20 +250,9 @@ impl PaddedGrid {
 
     /// A block and those around it.
     pub(super) fn blocks_around(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
-        self.blocks_within(block, 1)
-    }
-
-    /// The blocks at most `distance` blocks away along every axis, including the block itself.
-    pub(super) fn blocks_within(
-        &self,
-        block: u32,
-        distance: usize,
-    ) -> impl Iterator<Item = u32> + use<> {
-        let n = self.blocks();
-        let [x, y, z] = {
-            let b = self.block_position(block);
-            std::array::from_fn(|a| b[a].saturating_sub(distance)..(b[a] + distance + 1).min(n[a]))
-        };
+        let (n, p) = (self.blocks(), self.block_position(block));
+        let [x, y, z]: [std::ops::Range<usize>; 3] =
+            std::array::from_fn(|a| p[a].saturating_sub(1)..(p[a] + 2).min(n[a]));
         z.flat_map(move |k| {
             let x = x.clone();
             y.clone().flat_map(move |j| x.clone().map(move |i| (i + n[0] * (j + n[1] * k)) as u32))

@@ -94,7 +94,7 @@ impl<'s, 'a> March<'s, 'a> {
             (Region::all_exact(grid, calendar.blocks(grid, passage)), Tracked::default())
         };
         let mut record = Recorder::default();
-        record.changed_all(&tracked, start, |_| Cause::Exchange);
+        record.changed(&tracked, tracked.mesh.faces(), start, |_| Cause::Exchange);
         let (exact_intervals, counts, step) = (Vec::new(), Counts::default(), MIN_EXACT_STEPS + 1);
         let march = March { sweep, calendar, grid, record, exact_intervals, counts, step, done };
         let since = region.blocks().iter().map(|&b| (b, start)).collect();
