@@ -25,7 +25,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::Result;
-use crate::extract::count::count;
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
@@ -128,11 +127,9 @@ impl Forecast {
         error: f64,
     ) -> Self {
         let step = (high - low) / N_ISOVALUES as f64;
-        let crossings: usize = (0..N_ISOVALUES)
-            .into_par_iter()
-            .map(|i| count(field, low + (i as f64 + 0.5) * step))
-            .map(|components| components.iter().map(|c| c.n_crossings).sum::<usize>())
-            .sum();
+        let isovalue = |i: usize| low + (i as f64 + 0.5) * step;
+        let isovalues: Vec<f64> = (0..N_ISOVALUES).map(isovalue).collect();
+        let crossings = crossings(field, &isovalues, true).iter().sum::<u64>();
         let crossings = crossings as f64 / N_ISOVALUES as f64;
         let intervals = intervals(field, (low, high));
         let finer = (FITTED_ERROR / error).powf(ERROR_POWER);
@@ -168,6 +165,51 @@ fn mesh_memory(crossings: f64, events: f64, intervals: f64) -> f64 {
         + BYTES_PER_BUSY_CROSSING * busy
         + BYTES_PER_EVENT * events
         + BYTES_PER_INTERVAL * intervals
+}
+
+/// The number of lattice edges that the isosurface crosses at each of some ascending isovalues, with or without those between the
+/// volume and the layer around it.
+pub(crate) fn crossings(field: &ExactField<'_>, isovalues: &[f64], with_layer: bool) -> Vec<u64> {
+    if isovalues.is_empty() {
+        return Vec::new();
+    }
+    let margin = usize::from(!with_layer);
+    let [nx, ny, nz] = field.dims();
+    let levels: Vec<i64> = isovalues.iter().map(|&c| field.isovalue_level(c)).collect();
+    // The number of isovalues below each sample of a plane.
+    let plane = |z: usize| -> Vec<u32> {
+        let row = |y: usize| {
+            let first = nx * (y + ny * z);
+            first + margin..first + nx - margin
+        };
+        let samples = (margin..ny - margin).flat_map(row).map(|v| field.level(v as u32));
+        samples.map(|level| levels.partition_point(|&l| l < level) as u32).collect()
+    };
+    // By number of isovalues: how many more edges are crossed from there on.
+    let of_plane = |mut changes: Vec<i64>, z: usize| {
+        let mut add = |a: u32, b: u32| {
+            changes[a.min(b) as usize] += 1;
+            changes[a.max(b) as usize] -= 1;
+        };
+        let (own, width) = (plane(z), nx - 2 * margin);
+        own.chunks_exact(width).for_each(|row| row.windows(2).for_each(|w| add(w[0], w[1])));
+        own.iter().zip(&own[width..]).for_each(|(&a, &b)| add(a, b));
+        if z + 1 < nz - margin {
+            own.iter().zip(plane(z + 1)).for_each(|(&a, b)| add(a, b));
+        }
+        changes
+    };
+    let none = || vec![0i64; isovalues.len() + 1];
+    let sum = |mut a: Vec<i64>, b: Vec<i64>| {
+        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        a
+    };
+    let changes = (margin..nz - margin).into_par_iter().fold(none, of_plane).reduce(none, sum);
+    let counts = changes.iter().scan(0i64, |n, change| {
+        *n += change;
+        Some(*n as u64)
+    });
+    counts.take(isovalues.len()).collect()
 }
 
 /// Number of intervals into which the values of a cell's corners cut the range, sum over all cells: within one, the triangles of an

@@ -6,16 +6,19 @@
 //! of the samples). Whoever has the original volume can repeat the steps ([`Prepared::again`]) and verify the spectrum against the
 //! result.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::forecast::Forecast;
 use crate::kernels::Backend;
 use crate::progress::Progress;
 use crate::spectrum::Spectrum;
-use crate::sweep::{Parameters, compute};
+use crate::sweep::{Parameters, compute_known};
+use crate::topology::Topology;
 use crate::topology::dust::{DUST_METHOD, Dust, without_dust};
+use crate::topology::exact::ExactField;
 use crate::topology::simplify::{METHOD, Simplification, simplified, simplify};
 use crate::volume::{Preparation, Statistics, Volume};
 
@@ -41,6 +44,8 @@ pub struct Prepared {
     preparation: Preparation,
     cleaned: Cleaned,
     samples: Statistics,
+    /// The topology from a forecast, for the sweep that follows.
+    topology: Arc<Mutex<Option<Topology>>>,
 }
 
 /// Removal of noise from a prepared volume.
@@ -111,7 +116,8 @@ impl Prepared {
     /// A volume that has been prepared already, with the record of that.
     pub fn of(volume: Volume, preparation: Preparation, cleaned: Cleaned) -> Prepared {
         let samples = Statistics::of(&volume);
-        Prepared { volume: Arc::new(volume), preparation, cleaned, samples }
+        let topology = Arc::default();
+        Prepared { volume: Arc::new(volume), preparation, cleaned, samples, topology }
     }
 
     /// Repeats the preparation recorded in a spectrum on the original volume; returns the volume for which the spectrum is exact.
@@ -173,12 +179,26 @@ impl Prepared {
         backend: &Backend,
         progress: &dyn Progress,
     ) -> Result<Spectrum> {
-        let mut spectrum = compute(&self.volume, parameters, backend, progress)?;
+        let known = self.topology.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let mut spectrum = compute_known(&self.volume, parameters, backend, progress, known)?;
         for (key, value) in self.metadata() {
             spectrum.about_mut().parameters.insert(&key, value);
         }
         self.cap(&mut spectrum);
         Ok(spectrum)
+    }
+
+    /// The forecast for a range of isovalues and a tolerance. The next computation need not find the topology again.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Forecast::of_volume`].
+    pub(crate) fn forecast(&self, range: (f64, f64), error: f64) -> Result<Forecast> {
+        let field = ExactField::new(&self.volume)?;
+        let topology = Topology::compute(&field)?;
+        let forecast = Forecast::of(&field, &topology, range, error);
+        *self.topology.lock().unwrap_or_else(PoisonError::into_inner) = Some(topology);
+        Ok(forecast)
     }
 
     /// Entries for the metadata of a spectrum: the preparation, and the statistics of the samples.

@@ -109,10 +109,18 @@ pub fn verify(
     };
     let mut measure_at = |isovalue: f64, at_event: bool| -> Result<Mesh> {
         let mesh = mesh_at(isovalue, rows.len())?;
-        let (row, geometry) =
-            measured(&field, topology_row(&field, isovalue, at_event, &mesh), &mesh);
-        if let Some(geometry) = geometry.filter(|_| !at_event) {
-            pooled.merge(&geometry);
+        // Topology is found on one thread, geometry on all.
+        let (mut row, measured) = rayon::join(
+            || topology_row(&field, isovalue, at_event, &mesh),
+            || measured(field.volume(), isovalue, &mesh),
+        );
+        if let Some((self_intersecting, geometry)) = measured {
+            row.self_intersecting = self_intersecting;
+            row.barycentre_deviation = geometry.barycentre_deviation.summary();
+            row.radius_ratio = geometry.radius_ratio.summary();
+            if !at_event {
+                pooled.merge(&geometry);
+            }
         }
         rows.push(row);
         Ok(mesh)
@@ -222,8 +230,10 @@ fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
 
 /// The topology at one isovalue.
 fn topology_row(field: &ExactField<'_>, isovalue: f64, at_event: bool, mesh: &Mesh) -> Row {
-    let expected = count(field, isovalue);
-    let topology = mesh_topology(mesh.positions.len(), &mesh.triangles);
+    let (expected, topology) = rayon::join(
+        || count(field, isovalue),
+        || mesh_topology(mesh.positions.len(), &mesh.triangles),
+    );
     Row {
         isovalue,
         at_event,
@@ -239,17 +249,14 @@ fn topology_row(field: &ExactField<'_>, isovalue: f64, at_event: bool, mesh: &Me
     }
 }
 
-/// Adds all other measurements; no geometry if the mesh is not inside the volume.
-fn measured(field: &ExactField<'_>, mut row: Row, mesh: &Mesh) -> (Row, Option<Geometry>) {
-    if !row.finite {
-        return (row, None);
+/// How many triangles cross others, and the geometry; nothing if the mesh is not inside the volume.
+fn measured(volume: &Volume, isovalue: f64, mesh: &Mesh) -> Option<(usize, Geometry)> {
+    if !measure::is_placed(volume, mesh) {
+        return None;
     }
     let grid = TriangleGrid::new(mesh);
-    row.self_intersecting = grid.self_intersecting().len();
-    let geometry = measure::measure(field.volume(), row.isovalue, mesh, &grid);
-    row.barycentre_deviation = geometry.barycentre_deviation.summary();
-    row.radius_ratio = geometry.radius_ratio.summary();
-    (row, Some(geometry))
+    let geometry = measure::measure(volume, isovalue, mesh, &grid);
+    Some((grid.self_intersecting().len(), geometry))
 }
 
 /// The share of the vertices in the meshes at some isovalues that are also in the mesh a 256th of

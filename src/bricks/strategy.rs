@@ -51,7 +51,7 @@ impl Strategy {
             return Ok(in_bricks(least));
         }
         let range = parameters.range.unwrap_or(volume.range());
-        let forecast = Forecast::of_volume(volume, range, parameters.error)?;
+        let forecast = prepared.forecast(range, parameters.error)?;
         log::debug!("{forecast:?}");
         if limit.is_some_and(|limit| forecast.memory > limit) {
             return Ok(in_bricks(forecast.memory));

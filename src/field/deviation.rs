@@ -1,7 +1,7 @@
 //! Distance of face barycentres from the isosurface (thesis section 3.7).
 
 use super::grid::{Field, interpolate, slope};
-use super::ray::{Slab, Walk, walk};
+use super::ray::{Slab, Walk, walk_knowing};
 use super::step::unit;
 use glam::Vec3;
 
@@ -32,7 +32,8 @@ pub fn face_deviation(field: &Field, a: Vec3, b: Vec3, c: Vec3, isovalue: f32, r
     let slab = Slab { isovalue, sign, lowest: f32::MIN };
     let mut nearest = reach;
     for direction in [direction * -sign, direction * sign] {
-        if let Walk::Reached(t) = walk(field, barycentre, direction, slab, nearest) {
+        let known = Some((point.cell, &values));
+        if let Walk::Reached(t) = walk_knowing(field, barycentre, direction, slab, nearest, known) {
             nearest = nearest.min(t);
         }
     }

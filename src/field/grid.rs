@@ -198,7 +198,7 @@ impl Field {
     pub fn locate(&self, p: Vec3) -> CellPoint {
         let last = self.dims - 1;
         let x = (p * self.inverse_cell_size).clamp(Vec3::NEG_ONE, self.dims.as_vec3());
-        let cell = x.floor().as_ivec3().min(last);
+        let cell = floor(x).min(last);
         CellPoint { cell, local: x - cell.as_vec3() }
     }
 
@@ -224,6 +224,14 @@ impl Field {
         self.gradient_in(self.locate(p))
     }
 
+    /// The value and the gradient at a position.
+    pub(crate) fn value_and_gradient(&self, p: Vec3) -> (f32, Vec3) {
+        let point = self.locate(p);
+        let corners = self.corners(point.cell);
+        let gradient = slope(&corners, point.local) * self.inverse_cell_size;
+        (interpolate(&corners, point.local), gradient)
+    }
+
     /// The gradient at a point of a given cell, per voxel. On a face the two neighbouring cells have different ones.
     pub fn gradient_in(&self, point: CellPoint) -> Vec3 {
         slope(&self.corners(point.cell), point.local) * self.inverse_cell_size
@@ -235,6 +243,14 @@ impl Field {
 fn map(value: f64, offset: f64, scale: f64) -> f32 {
     // Halves keep the difference finite for the widest f64 ranges, and are exact for samples that are not mapped.
     ((value / 2.0 - offset / 2.0) * scale * 2.0) as f32
+}
+
+/// The largest integers that are not above these numbers. Without SSE 4.1 `f32::floor` is a call of the C library.
+#[inline]
+pub(super) fn floor(x: Vec3) -> IVec3 {
+    let nearest = x.as_ivec3();
+    let is_above = x.cmplt(nearest.as_vec3());
+    nearest.saturating_sub(IVec3::select(is_above, IVec3::ONE, IVec3::ZERO))
 }
 
 /// Offset of a corner from the cell's lowest corner.

@@ -18,7 +18,7 @@
 //! All values here are `sign * (f - isovalue)`, `sign` chosen so that the start is negative: "first
 //! reached" is "first zero", and "left the slab" is "below `lowest`".
 
-use super::grid::{Field, mix};
+use super::grid::{Field, floor, mix};
 use glam::{IVec3, Vec3};
 
 /// Number of cells that a ray visits at most: bounds the loop in kernels, far above what a mesh's step needs.
@@ -54,10 +54,25 @@ pub enum Walk {
 
 /// Walks from `from` along the unit vector `direction` for at most `reach` voxels.
 pub fn walk(field: &Field, from: Vec3, direction: Vec3, slab: Slab, reach: f32) -> Walk {
+    walk_knowing(field, from, direction, slab, reach, None)
+}
+
+/// A cell, and its corner values less the isovalue.
+pub type Known<'a> = Option<(IVec3, &'a [f32; 8])>;
+
+/// As [`walk`], with the values of a cell that the caller has found already: most rays end in the first one.
+pub fn walk_knowing(
+    field: &Field,
+    from: Vec3,
+    direction: Vec3,
+    slab: Slab,
+    reach: f32,
+    known: Known,
+) -> Walk {
     let dims = field.dims();
     let d = direction * field.inverse_cell_size();
     let x = from * field.inverse_cell_size();
-    let mut start = x.floor().as_ivec3();
+    let mut start = floor(x);
     let mut local = x - start.as_vec3();
     let step = steps(d);
     for a in 0..3 {
@@ -83,7 +98,11 @@ pub fn walk(field: &Field, from: Vec3, direction: Vec3, slab: Slab, reach: f32) 
         if exit <= reach {
             b_local[axis] = if step[axis] > 0 { 1.0 } else { 0.0 };
         }
-        let values = field.corners(cell).map(|v| slab.sign * (v - slab.isovalue));
+        let values = match known {
+            Some((at, values)) if at == cell => *values,
+            _ => field.corners(cell).map(|v| v - slab.isovalue),
+        };
+        let values = values.map(|v| slab.sign * v);
         match crossing(&values, a_local, b_local, slab.lowest) {
             Crossing::At(s) => return Walk::Reached(mix(t0, t1, s)),
             Crossing::Leaves => return Walk::Left,

@@ -14,7 +14,7 @@
 //! Filippov's solution of that flow.
 
 use super::grid::{Field, interpolate, slope};
-use super::ray::{Slab, Walk, exit_of, steps, walk};
+use super::ray::{Slab, Walk, exit_of, steps, walk, walk_knowing};
 use glam::{IVec3, Vec3};
 
 /// Number of steps along the gradient at most.
@@ -83,7 +83,8 @@ pub fn onto_isosurface(
     let along = unit(n) * -sign;
     if along != Vec3::ZERO {
         for direction in [along, -along] {
-            if let Walk::Reached(t) = walk(field, p, direction, slab, reach) {
+            let known = Some((point.cell, &values));
+            if let Walk::Reached(t) = walk_knowing(field, p, direction, slab, reach, known) {
                 return (p + direction * t, Status::Reached);
             }
         }

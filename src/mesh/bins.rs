@@ -12,35 +12,52 @@ const FREE_ENTRIES: f64 = 4096.0;
 pub(crate) struct Bins {
     origin: Vec3,
     size: Vec3,
-    /// The key of a bin, and the index of a box; ascending.
-    entries: Vec<(u64, u32)>,
+    /// The largest index of a bin along each axis.
+    last: IVec3,
+    /// The lowest bin of each box.
+    lowest: Vec<IVec3>,
+    /// The number of a bin, times 2^32, plus the index of a box; ascending.
+    entries: Vec<u64>,
 }
 
 impl Bins {
     /// Sorts boxes, given by their lowest and highest corners, into bins of this size, in the frame of the boxes.
     pub(crate) fn of(boxes: &[(Vec3, Vec3)], size: f32) -> Bins {
         let origin = boxes.iter().map(|b| b.0).reduce(Vec3::min).unwrap_or_default();
-        let mut bins = Bins { origin, size: Vec3::splat(size), entries: Vec::new() };
-        bins.widen(boxes);
-        bins.entries.reserve(4 * boxes.len());
-        for (i, b) in (0..).zip(boxes) {
+        let top = boxes.iter().map(|b| b.1).reduce(Vec3::max).unwrap_or_default();
+        let (size, last) = (Vec3::splat(size), IVec3::ZERO);
+        let (lowest, entries) = (Vec::new(), Vec::new());
+        let mut bins = Bins { origin, size, last, lowest, entries };
+        bins.widen(boxes, top);
+        let mut lowest = Vec::with_capacity(boxes.len());
+        let mut entries: Vec<u64> = Vec::with_capacity(4 * boxes.len());
+        for (i, b) in (0u64..).zip(boxes) {
             let (low, high) = (bins.bin(b.0), bins.bin(b.1));
+            lowest.push(low);
             for z in low.z..=high.z {
                 for y in low.y..=high.y {
-                    let row = (low.x..=high.x).map(|x| (key(IVec3::new(x, y, z)), i));
-                    bins.entries.extend(row);
+                    let number = |x| bins.number(IVec3::new(x, y, z));
+                    let row = (low.x..=high.x).map(|x| number(x) << 32 | i);
+                    entries.extend(row);
                 }
             }
         }
-        bins.entries.par_sort_unstable();
-        bins
+        entries.par_sort_unstable();
+        Bins { lowest, entries, ..bins }
     }
 
     /// Doubles the bins along the axis along which boxes overlap the most, until the number of entries is a small
-    /// multiple of the number of boxes: memory must not depend on their size.
-    fn widen(&mut self, boxes: &[(Vec3, Vec3)]) {
+    /// multiple of the number of boxes: memory must not depend on their size; and until numbers of bins have 32 bits.
+    fn widen(&mut self, boxes: &[(Vec3, Vec3)], top: Vec3) {
         let max = MAX_MEAN_BINS * boxes.len() as f64 + FREE_ENTRIES;
         loop {
+            self.last = self.bin(top);
+            let n = self.last.as_dvec3() + 1.0;
+            if n.element_product() > f64::from(u32::MAX) {
+                let axis = (1..3).fold(0, |best, a| if n[a] > n[best] { a } else { best });
+                self.size[axis] *= 2.0;
+                continue;
+            }
             let (mut n_bins, mut reach) = (0.0, DVec3::ZERO);
             for b in boxes {
                 let span = (self.bin(b.1).as_dvec3() - self.bin(b.0).as_dvec3()) + 1.0;
@@ -59,20 +76,21 @@ impl Bins {
         ((p - self.origin) / self.size).as_ivec3()
     }
 
-    /// The key of the bin that contains a point; arbitrary for a point outside all boxes.
-    pub(crate) fn key_at(&self, p: Vec3) -> u64 {
-        key(self.bin(p))
+    fn number(&self, bin: IVec3) -> u64 {
+        let [x, y, z] = bin.to_array().map(|i| i as u64);
+        let [nx, ny, _] = self.last.to_array().map(|i| i as u64 + 1);
+        x + nx * (y + ny * z)
     }
 
-    /// The entries of each bin that is not empty: its key, with every box in it, ascending.
-    pub(crate) fn each(&self) -> impl Iterator<Item = &[(u64, u32)]> {
-        self.entries.chunk_by(|a, b| a.0 == b.0)
+    /// The number of the lowest bin that two boxes overlap, if they overlap each other.
+    pub(crate) fn first_common(&self, i: u32, j: u32) -> u64 {
+        self.number(self.lowest[i as usize].max(self.lowest[j as usize]))
     }
-}
 
-/// One number for a bin: 21 bits of each coordinate, more than a volume has samples along an axis.
-fn key(bin: IVec3) -> u64 {
-    ((bin.z as u64) << 42) | ((bin.y as u64) << 21) | bin.x as u64
+    /// The entries of each bin that is not empty: one for every box in it, ascending.
+    pub(crate) fn each(&self) -> impl Iterator<Item = &[u64]> {
+        self.entries.chunk_by(|a, b| a >> 32 == b >> 32)
+    }
 }
 
 #[cfg(test)]
@@ -82,8 +100,12 @@ mod tests {
     impl Bins {
         /// The boxes in the bin of a point, ascending.
         fn boxes_at(&self, p: Vec3) -> Vec<u32> {
-            let at = self.key_at(p);
-            self.entries.iter().filter(|e| e.0 == at).map(|e| e.1).collect()
+            let bin = self.bin(p);
+            if bin.cmplt(IVec3::ZERO).any() || bin.cmpgt(self.last).any() {
+                return Vec::new();
+            }
+            let at = self.number(bin);
+            self.entries.iter().filter(|e| *e >> 32 == at).map(|e| *e as u32).collect()
         }
     }
 

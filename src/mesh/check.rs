@@ -12,6 +12,7 @@ impl HalfEdgeMesh {
     pub fn check(&self) -> Result<()> {
         let fail = |what: String| Err(Error::input(what));
         let mut n_spokes = 0;
+        let mut ring = Vec::new();
         for v in self.vertices() {
             let mut valence = 0;
             for h in self.spokes(v) {
@@ -24,7 +25,8 @@ impl HalfEdgeMesh {
                 return fail(format!("vertex {} has valence {valence}, expected at least 3", v.0));
             }
             n_spokes += valence;
-            let mut ring: Vec<_> = self.one_ring(v).collect();
+            ring.clear();
+            ring.extend(self.one_ring(v));
             ring.sort_unstable();
             if ring.windows(2).any(|w| w[0] == w[1]) {
                 return fail(format!("vertex {} is joined twice to the same vertex", v.0));

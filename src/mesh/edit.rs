@@ -98,6 +98,7 @@ impl HalfEdgeMesh {
         let incoming: Vec<HalfEdge> = self.spokes(v).map(HalfEdge::twin).collect();
         for i in incoming {
             self.to[i.0 as usize] = w.0;
+            self.changed.push(self.face(i));
         }
         let (keep_x, drop_x) = (self.next(h), self.prev(h));
         let (drop_y, keep_y) = (self.next(t), self.prev(t));
@@ -168,6 +169,7 @@ impl HalfEdgeMesh {
         self.link_face(g, [t0, t2, h1]);
         self.vertex_halfedge[a.0 as usize] = t1.0;
         self.vertex_halfedge[b.0 as usize] = h1.0;
+        self.changed.extend([f, g]);
         Flipped { edge: e, faces: [f, g] }
     }
 
@@ -214,6 +216,7 @@ impl HalfEdgeMesh {
         self.vertex_halfedge[b.0 as usize] = k0.twin().0;
         self.n_vertices += 1;
         self.n_faces += 2;
+        self.changed.extend([f, g, f2, g2]);
         SplitEdge {
             vertex: m,
             halves: [e, k0.edge()],

@@ -26,12 +26,19 @@
 //! keeps its meaning while a mesh is tracked.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::connectivity::Connectivity;
 use crate::error::{Error, Result};
 
 /// Content of an empty slot.
 pub(super) const NONE: u32 = u32::MAX;
+
+/// If fewer than one of this many vertices are free, their faces are found one by one, else all faces are asked.
+const FEW: usize = 16;
+
+/// Slots per task at least, where all of them are visited.
+const MIN_TASK: usize = 1024;
 
 /// Handle of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -87,6 +94,8 @@ pub struct HalfEdgeMesh {
     pub(super) caps: Vec<bool>,
     pub(super) n_vertices: usize,
     pub(super) n_faces: usize,
+    /// The faces that edits have changed, in their order.
+    pub(super) changed: Vec<Face>,
 }
 
 /// A mesh, or a part of one, as arrays without empty slots, for kernels.
@@ -171,6 +180,14 @@ impl HalfEdgeMesh {
         Ok(mesh)
     }
 
+    /// The faces that collapses, flips and splits have changed, added or removed since the last call, ascending.
+    pub(crate) fn take_changed(&mut self) -> Vec<Face> {
+        let mut changed = std::mem::take(&mut self.changed);
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+
     /// Number of live vertices.
     pub fn n_vertices(&self) -> usize {
         self.n_vertices
@@ -234,6 +251,18 @@ impl HalfEdgeMesh {
     /// The live faces, ascending.
     pub fn faces(&self) -> impl Iterator<Item = Face> + '_ {
         (0..self.face_slots() as u32).map(Face).filter(|&f| self.has_face(f))
+    }
+
+    /// The live edges, ascending, on all threads.
+    pub(crate) fn par_edges(&self) -> impl ParallelIterator<Item = Edge> + '_ {
+        let slots = (0..self.edge_slots() as u32).into_par_iter().with_min_len(MIN_TASK);
+        slots.map(Edge).filter(|&e| self.has_edge(e))
+    }
+
+    /// The live faces, ascending, on all threads.
+    pub(crate) fn par_faces(&self) -> impl ParallelIterator<Item = Face> + '_ {
+        let slots = (0..self.face_slots() as u32).into_par_iter().with_min_len(MIN_TASK);
+        slots.map(Face).filter(|&f| self.has_face(f))
     }
 
     /// The vertex a half-edge points to.
@@ -369,12 +398,23 @@ impl HalfEdgeMesh {
     }
 
     /// The free vertices and their neighbours, with the faces between them; the neighbours are constrained and have empty one-rings.
-    pub fn compacted_where(&self, is_free: impl Fn(Vertex) -> bool) -> Compacted {
-        let faces: Vec<Face> =
-            self.faces().filter(|&f| self.face_vertices(f).into_iter().any(&is_free)).collect();
-        let mut vertices: Vec<Vertex> = faces.iter().flat_map(|&f| self.face_vertices(f)).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
+    pub fn compacted_where(&self, is_free: impl Fn(Vertex) -> bool + Sync) -> Compacted {
+        let free: Vec<Vertex> = self.vertices().filter(|&v| is_free(v)).collect();
+        let faces = if free.len() < self.n_vertices / FEW {
+            let around = free.iter().flat_map(|&v| self.spokes(v)).map(|h| self.face(h));
+            let mut faces: Vec<Face> = around.collect();
+            faces.sort_unstable();
+            faces.dedup();
+            faces
+        } else {
+            let is_near = |f: &Face| self.face_vertices(*f).into_iter().any(&is_free);
+            self.par_faces().filter(is_near).collect()
+        };
+        let mut is_in = vec![false; self.vertex_slots()];
+        let vertices = faces.iter().flat_map(|&f| self.face_vertices(f));
+        vertices.for_each(|v| is_in[v.0 as usize] = true);
+        let slots = (0..).map(Vertex).zip(is_in);
+        let vertices = slots.filter(|v| v.1).map(|v| v.0).collect();
         self.compacted_of(vertices, faces, is_free)
     }
 
@@ -382,31 +422,31 @@ impl HalfEdgeMesh {
         &self,
         vertices: Vec<Vertex>,
         faces: Vec<Face>,
-        has_ring: impl Fn(Vertex) -> bool,
+        has_ring: impl Fn(Vertex) -> bool + Sync,
     ) -> Compacted {
         let mut index = vec![NONE; self.vertex_slots()];
         for (i, v) in vertices.iter().enumerate() {
             index[v.0 as usize] = i as u32;
         }
-        let mut connectivity = Connectivity {
-            faces: faces
-                .iter()
-                .map(|&f| self.face_vertices(f).map(|v| index[v.0 as usize]))
-                .collect(),
-            ring_offsets: Vec::with_capacity(vertices.len() + 1),
-            ring: Vec::with_capacity(self.n_faces * 3),
+        let index = |v: Vertex| index[v.0 as usize];
+        let valence = |v: Vertex| if has_ring(v) { self.valence(v) as u32 } else { 0 };
+        let ring = |v: Vertex| {
+            let spokes = has_ring(v).then(|| self.spokes(v));
+            spokes.into_iter().flatten().map(|h| index(self.to(h)))
+        };
+        let each = vertices.par_iter().copied().with_min_len(MIN_TASK);
+        let mut ring_offsets = vec![0];
+        ring_offsets.par_extend(each.clone().map(valence));
+        (1..ring_offsets.len()).for_each(|i| ring_offsets[i] += ring_offsets[i - 1]);
+        let connectivity = Connectivity {
+            faces: faces.iter().map(|&f| self.face_vertices(f).map(index)).collect(),
+            ring_offsets,
+            ring: each.flat_map_iter(ring).collect(),
             constrained: vertices
                 .iter()
                 .map(|&v| u8::from(self.is_pinned(v) || !has_ring(v)))
                 .collect(),
         };
-        connectivity.ring_offsets.push(0);
-        for &v in &vertices {
-            for h in self.spokes(v).filter(|_| has_ring(v)) {
-                connectivity.ring.push(index[self.to(h).0 as usize]);
-            }
-            connectivity.ring_offsets.push(connectivity.ring.len() as u32);
-        }
         let positions = vertices.iter().map(|&v| self.position(v).to_array()).collect();
         Compacted { connectivity, positions, vertices, faces }
     }

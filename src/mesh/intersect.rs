@@ -29,7 +29,7 @@ pub fn intersecting(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> 
         let (f, g) = (f as usize, g as usize);
         intersect(triangles[f], corners[f], triangles[g], corners[g])
     };
-    let each: Vec<&[(u64, u32)]> = bins.each().collect();
+    let each: Vec<&[u64]> = bins.each().collect();
     let pairs: Vec<[u32; 2]> = each
         .par_iter()
         .with_min_len(MIN_TASK_BINS)
@@ -44,14 +44,16 @@ pub fn intersecting(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> 
 fn pairs_of<'a>(
     bins: &'a Bins,
     boxes: &'a [(Vec3, Vec3)],
-    bin: &'a [(u64, u32)],
+    bin: &'a [u64],
 ) -> impl Iterator<Item = [u32; 2]> + 'a {
-    bin.iter().enumerate().flat_map(move |(i, &(key, f))| {
+    bin.iter().enumerate().flat_map(move |(i, &entry)| {
+        let f = entry as u32;
         let a = boxes[f as usize];
-        bin[i + 1..].iter().filter_map(move |&(_, g)| {
+        bin[i + 1..].iter().filter_map(move |&other| {
+            let g = other as u32;
             let b = boxes[g as usize];
             let overlap = a.0.cmple(b.1).all() && b.0.cmple(a.1).all();
-            (overlap && bins.key_at(a.0.max(b.0)) == key).then_some([f, g])
+            (overlap && bins.first_common(f, g) == entry >> 32).then_some([f, g])
         })
     })
 }

@@ -1,7 +1,5 @@
 //! Replaces faces by others with the same boundary.
 
-use std::collections::{BTreeMap, HashMap};
-
 use glam::Vec3;
 
 use super::half_edge::{Face, HalfEdge, HalfEdgeMesh, NONE, Vertex};
@@ -29,6 +27,9 @@ pub(crate) struct Replaced {
     pub(crate) gone: Vec<Vertex>,
 }
 
+/// The half-edges on the boundary of removed faces by their ends, ascending.
+type Outer = Vec<((u32, u32), u32)>;
+
 impl HalfEdgeMesh {
     /// Replaces faces, reusing empty slots.
     ///
@@ -38,20 +39,18 @@ impl HalfEdgeMesh {
     pub(crate) fn replace_faces(&mut self, replacement: &Replacement) -> Result<Replaced, Vec3> {
         let mut is_removed = vec![false; self.face_slots()];
         replacement.removed.iter().for_each(|f| is_removed[f.0 as usize] = true);
-        let mut valences: HashMap<u32, usize> = HashMap::new();
         let old =
             replacement.faces.iter().flat_map(|(t, _)| *t).filter(|&v| v < replacement.first_new);
         let removed = replacement.removed.iter().flat_map(|&f| self.face_vertices(f)).map(|v| v.0);
-        for v in old.chain(removed) {
-            if self.has_vertex(Vertex(v)) {
-                valences.entry(v).or_insert_with(|| self.valence(Vertex(v)));
+        // By vertex slot: the number of faces that are not removed, where that is needed.
+        let mut valences = vec![NONE; self.vertex_slots()];
+        for v in old.chain(removed.clone()) {
+            if self.has_vertex(Vertex(v)) && valences[v as usize] == NONE {
+                valences[v as usize] = self.valence(Vertex(v)) as u32;
             }
         }
-        for v in replacement.removed.iter().flat_map(|&f| self.face_vertices(f)) {
-            *valences.get_mut(&v.0).expect("counted") -= 1;
-        }
-        // The half-edges on the boundary of the removed faces, by their ends.
-        let mut outer: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        removed.for_each(|v| valences[v as usize] -= 1);
+        let mut outer: Outer = Vec::new();
         let mut touched: Vec<u32> = Vec::with_capacity(3 * replacement.removed.len());
         let mut inner: Vec<u32> = Vec::new();
         for &f in &replacement.removed {
@@ -60,12 +59,13 @@ impl HalfEdgeMesh {
                 touched.push(from.0);
                 let other = self.face(h.twin());
                 if !is_removed[other.0 as usize] {
-                    outer.insert((from.0, to.0), h.0);
+                    outer.push(((from.0, to.0), h.0));
                 } else if h.0 % 2 == 0 {
                     inner.push(h.0);
                 }
             }
         }
+        outer.sort_unstable();
         touched.sort_unstable();
         touched.dedup();
         for &h in &inner {
@@ -76,7 +76,7 @@ impl HalfEdgeMesh {
             self.face_halfedge[f.0 as usize] = NONE;
         }
         touched.iter().for_each(|&v| self.vertex_halfedge[v as usize] = NONE);
-        for (&(from, _), &h) in &outer {
+        for &((from, _), h) in &outer {
             // Any of them will do: the walk around a vertex may start anywhere.
             self.vertex_halfedge[from as usize] = h;
         }
@@ -87,7 +87,7 @@ impl HalfEdgeMesh {
         };
         let triangles: Vec<[u32; 3]> =
             replacement.faces.iter().map(|(t, _)| t.map(vertex)).collect();
-        let halfedges = self.pair(&triangles, &mut outer)?;
+        let halfedges = self.pair(&triangles, &outer)?;
         let mut free_faces: Vec<u32> = self.empty_faces(replacement.faces.len());
         let mut faces = Vec::with_capacity(triangles.len());
         for (i, &(_, cap)) in replacement.faces.iter().enumerate() {
@@ -120,13 +120,9 @@ impl HalfEdgeMesh {
     }
 
     /// New vertices, in empty slots first.
-    fn add_vertices(
-        &mut self,
-        replacement: &Replacement,
-        outer: &BTreeMap<(u32, u32), u32>,
-    ) -> Vec<Vertex> {
+    fn add_vertices(&mut self, replacement: &Replacement, outer: &Outer) -> Vec<Vertex> {
         let mut used = vec![false; self.vertex_slots()];
-        for &(from, to) in outer.keys() {
+        for &((from, to), _) in outer {
             used[from as usize] = true;
             used[to as usize] = true;
         }
@@ -160,26 +156,26 @@ impl HalfEdgeMesh {
     }
 
     /// The half-edges of new triangles: those of the boundary, and new ones in pairs.
-    fn pair(
-        &mut self,
-        triangles: &[[u32; 3]],
-        outer: &mut BTreeMap<(u32, u32), u32>,
-    ) -> Result<Vec<u32>, Vec3> {
+    fn pair(&mut self, triangles: &[[u32; 3]], outer: &Outer) -> Result<Vec<u32>, Vec3> {
         let mut halfedges = vec![NONE; 3 * triangles.len()];
+        let mut is_used = vec![false; outer.len()];
         let mut sides: Vec<(u32, u32, bool, u32)> = Vec::with_capacity(halfedges.len());
         for (i, t) in triangles.iter().enumerate() {
             for k in 0..3 {
                 let (a, b) = (t[k], t[(k + 1) % 3]);
                 let corner = (3 * i + k) as u32;
-                match outer.remove(&(a, b)) {
-                    Some(h) => halfedges[corner as usize] = h,
-                    None => sides.push((a.min(b), a.max(b), a > b, corner)),
+                match outer.binary_search_by_key(&(a, b), |o| o.0) {
+                    Ok(place) if !is_used[place] => {
+                        is_used[place] = true;
+                        halfedges[corner as usize] = outer[place].1;
+                    }
+                    _ => sides.push((a.min(b), a.max(b), a > b, corner)),
                 }
             }
         }
         let position = |mesh: &HalfEdgeMesh, v: u32| mesh.positions[v as usize];
-        if let Some(&(a, _)) = outer.keys().next() {
-            return Err(position(self, a));
+        if let Some(open) = is_used.iter().position(|used| !used) {
+            return Err(position(self, outer[open].0.0));
         }
         sides.sort_unstable();
         let slots = (0..self.to.len() as u32).step_by(2);
@@ -207,25 +203,29 @@ impl HalfEdgeMesh {
     }
 
     /// Checks that the faces around each of some vertices form one cycle, in which no neighbour is repeated. `valences` are the
-    /// numbers of faces that were not removed.
+    /// numbers of faces that were not removed, by vertex slot.
     fn check_around(
         &self,
         vertices: &[u32],
         triangles: &[[u32; 3]],
-        valences: &HashMap<u32, usize>,
+        valences: &[u32],
     ) -> Result<(), Vec3> {
         let mut corners: Vec<u32> = triangles.iter().flatten().copied().collect();
         corners.sort_unstable();
+        let mut ring: Vec<Vertex> = Vec::new();
         for &v in vertices {
             if self.vertex_halfedge[v as usize] == NONE {
                 continue;
             }
             let new = corners.partition_point(|&c| c <= v) - corners.partition_point(|&c| c < v);
-            let all = new + valences.get(&v).copied().unwrap_or(0);
-            let mut ring: Vec<Vertex> = self.one_ring(Vertex(v)).collect();
+            let left = valences.get(v as usize).filter(|n| **n != NONE);
+            let all = new + left.map_or(0, |&n| n as usize);
+            ring.clear();
+            ring.extend(self.one_ring(Vertex(v)));
+            let valence = ring.len();
             ring.sort_unstable();
             ring.dedup();
-            if ring.len() != all || self.valence(Vertex(v)) != all || all < 3 {
+            if ring.len() != all || valence != all || all < 3 {
                 return Err(self.positions[v as usize]);
             }
         }

@@ -46,7 +46,7 @@ pub fn compute_block(
     let parameters = &parameters.within(volume.range())?;
     parameters.check_for_blocks()?;
     let field = Arc::new(Field::new(volume.clone()));
-    let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
+    let sweep = Sweep::new(volume, field, parameters, backend, progress, None)?;
     let (swept, counts) = swept(&sweep, None)?;
     let mut spectrum = finished(&sweep, swept.patch, &counts)?;
     spectrum.about_mut().events.clear();

@@ -82,7 +82,11 @@ impl<'a> Calendar<'a> {
             .reduce(|| (below, above), |a, b| (a.0.max(b.0), a.1.min(b.1)));
         let is_near = |v: &u32| (below..=above).contains(&field.sample(*v));
         let mut samples: Vec<u32> = inner_samples(field).filter(is_near).collect();
-        samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
+        // Levels are found faster than keys, and decide most comparisons.
+        samples.par_sort_unstable_by(|&a, &b| {
+            let by_key = || (field.key(a), a).cmp(&(field.key(b), b));
+            field.level(a).cmp(&field.level(b)).then_with(by_key)
+        });
         let is_flat = |s: &Square| {
             let corners = PaddedGrid::of(field).corners(*s);
             corners.iter().all(|&c| field.sample(c) == field.sample(s.corner))
@@ -114,12 +118,11 @@ impl<'a> Calendar<'a> {
         passage.of(&self.critical, |c| c.0)
     }
 
-    /// The blocks with flat squares over which an isosurface of the passage jumps.
+    /// The cells with flat squares over which an isosurface of the passage jumps.
     pub(super) fn flats(&self, passage: Passage) -> impl Iterator<Item = u32> {
         let grid = PaddedGrid::of(self.field);
         let flats = passage.of(&self.flats, |s| self.field.order_key(s.corner)).iter();
-        let adjacent = flats.flat_map(move |&s| grid.adjacent_cells(s));
-        adjacent.filter_map(move |cell| grid.block_of_cell(cell))
+        flats.flat_map(move |&s| grid.adjacent_cells(s))
     }
 
     /// A passage extended towards `longer`, but not beyond the next sample value.
@@ -149,10 +152,17 @@ impl<'a> Calendar<'a> {
     /// The blocks that isosurfaces of a passage meet, its ends among them.
     pub(super) fn blocks(&self, grid: PaddedGrid, passage: Passage) -> BTreeSet<u32> {
         let field = self.field;
-        let n = field.n_vertices() as u32;
-        let cells = (0..n).into_par_iter().with_min_len(4096).filter_map(|cell| {
+        let offsets = field.cell_offsets();
+        let [least, most] =
+            [passage.low, passage.high].map(|key| field.level_of_key(key >> ORDER_BITS));
+        let cells = inner_samples(field).filter_map(|cell| {
+            // Levels are found faster than keys, and exclude most cells.
+            let levels = field.levels_at(cell, offsets);
+            if levels.iter().all(|&l| l < least) || levels.iter().all(|&l| l > most) {
+                return None;
+            }
             let block = grid.block_of_cell(cell)?;
-            let keys = field.cell_offsets().map(|o| field.key(cell + o));
+            let keys = offsets.map(|o| field.key(cell + o));
             let (low, high) =
                 keys.iter().fold((i128::MAX, i128::MIN), |(l, h), &k| (l.min(k), h.max(k)));
             passage.meets(low, high).then_some(block)
@@ -211,10 +221,10 @@ impl<'a> Calendar<'a> {
         };
         let mut squares = squares.to_vec();
         loop {
-            suspects.par_sort_unstable();
-            suspects.dedup();
-            let bad: Vec<u32> =
-                suspects.par_iter().copied().filter(|&v| is_bad(v, region.octants(v))).collect();
+            let mut bad: Vec<u32> =
+                suspects.into_par_iter().filter(|&v| is_bad(v, region.octants(v))).collect();
+            bad.par_sort_unstable();
+            bad.dedup();
             let open: Vec<Square> = squares.into_iter().filter(|&s| region.is_seam(s)).collect();
             let mut added: Vec<u32> = Vec::new();
             for v in bad {

@@ -6,6 +6,8 @@
 //! remeshing may be undone by a later one. So faces are compared before and after each stage of the remeshing, and the first stage
 //! that changes a face is the cause; a face that is the same in the end has not ended.
 
+use rayon::prelude::*;
+
 use super::counts::Counts;
 use crate::mesh::{Face, HalfEdgeMesh, Vertex};
 
@@ -48,23 +50,38 @@ impl Ended {
 pub(super) struct FirstCauses {
     before: Vec<Option<[Vertex; 3]>>,
     causes: Vec<Option<Cause>>,
+    /// The faces of all edits.
+    changed: Vec<Face>,
 }
 
 impl FirstCauses {
     /// Before the first stage.
-    pub(super) fn new(mesh: &HalfEdgeMesh) -> FirstCauses {
-        let slots = (0..mesh.face_slots() as u32).map(Face);
+    pub(super) fn new(mesh: &mut HalfEdgeMesh) -> FirstCauses {
+        mesh.take_changed();
+        let slots = (0..mesh.face_slots() as u32).into_par_iter().with_min_len(1024).map(Face);
         let before: Vec<Option<[Vertex; 3]>> = slots.map(|f| corners(mesh, f)).collect();
-        FirstCauses { causes: vec![None; before.len()], before }
+        FirstCauses { causes: vec![None; before.len()], before, changed: Vec::new() }
     }
 
-    /// After a stage: `cause` is that of all faces that have changed only now.
-    pub(super) fn attribute(&mut self, mesh: &HalfEdgeMesh, cause: Cause) {
-        for (slot, (before, first)) in self.before.iter().zip(&mut self.causes).enumerate() {
-            if first.is_none() && *before != corners(mesh, Face(slot as u32)) {
-                *first = Some(cause);
+    /// After a stage: `cause` is that of all faces that have changed only now. Returns the faces that it has edited.
+    pub(super) fn attribute(&mut self, mesh: &mut HalfEdgeMesh, cause: Cause) -> Vec<Face> {
+        let edited = mesh.take_changed();
+        for &f in &edited {
+            let slot = f.0 as usize;
+            if let Some(before) = self.before.get(slot)
+                && self.causes[slot].is_none()
+                && *before != corners(mesh, f)
+            {
+                self.causes[slot] = Some(cause);
             }
         }
+        self.changed.extend(&edited);
+        edited
+    }
+
+    /// The faces of all edits.
+    pub(super) fn changed(&self) -> impl Iterator<Item = Face> + '_ {
+        self.changed.iter().copied()
     }
 
     /// The cause of a face that has changed. A face whose vertices have the same numbers as before has lost one that was removed,

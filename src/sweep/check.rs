@@ -355,48 +355,46 @@ pub(super) fn mismatched_parts(
     isovalue: f64,
 ) -> Vec<Vec3> {
     let mesh = &tracked.mesh;
-    let mut sets = DisjointSets::new(mesh.vertex_slots());
-    let faces: Vec<[Vertex; 3]> =
-        mesh.faces().filter(|&f| !mesh.is_cap(f)).map(|f| mesh.face_vertices(f)).collect();
-    for [a, b, c] in &faces {
-        sets.join(a.0, b.0);
-        sets.join(a.0, c.0);
-    }
-    let mut doubled: BTreeMap<u32, i64> = BTreeMap::new();
-    let mut vertices: Vec<u32> = faces.iter().flatten().map(|v| v.0).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices.iter().for_each(|&v| *doubled.entry(sets.find(v)).or_default() += 2);
-    faces.iter().for_each(|f| *doubled.entry(sets.find(f[0].0)).or_default() -= 1);
-    let exact = count_parts(field, isovalue, |cell| !region.is_exact(cell));
+    let ((mut sets, components), exact) = rayon::join(
+        || components(tracked),
+        || count_parts(field, isovalue, |cell| !region.is_exact(cell)),
+    );
     let mut own: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
     let mut others: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); exact.doubled.len()];
     for (crossing, &part) in exact.crossings.iter().zip(&exact.part_of) {
         let e = region.grid.edge_between((crossing.low, crossing.high));
-        if let Some(v) = tracked.vertex_at(e) {
+        if region.is_on_seam(e)
+            && let Some(v) = tracked.vertex_at(e)
+        {
             let set = sets.find(v.0);
             own.entry(set).or_default().insert(part);
             others[part as usize].insert(set);
         }
     }
-    let is_like = |set: u32| {
+    let is_like = |set: u32, doubled: i64| {
         own.get(&set).is_some_and(|parts| {
             let part = *parts.first().expect("not empty") as usize;
-            parts.len() == 1 && others[part].len() == 1 && doubled[&set] == exact.doubled[part]
+            parts.len() == 1 && others[part].len() == 1 && doubled == exact.doubled[part]
         })
     };
     // Components without a boundary are compared in total.
     let closed = |set: &u32| !own.contains_key(set);
     let sum = |all: &mut dyn Iterator<Item = i64>| all.fold((0, 0), |s, d| (s.0 + 1, s.1 + d));
-    let closed_here = sum(&mut doubled.iter().filter(|d| closed(d.0)).map(|d| *d.1));
+    let closed_here = sum(&mut components.iter().filter(|c| closed(&c.0)).map(|c| c.1));
     let is_whole = |part: &usize| others[*part].is_empty();
     let whole: Vec<usize> = (0..exact.doubled.len()).filter(is_whole).collect();
     let closed_there = sum(&mut whole.iter().map(|&p| exact.doubled[p]));
     // The numbers of points differ, the characteristics are the same: as they have no boundary, both are whole.
     let same = closed_here == closed_there;
-    let is_wrong = |set: u32| if closed(&set) { !same } else { !is_like(set) };
-    let wrong: Vec<u32> = vertices.into_iter().filter(|&v| is_wrong(sets.find(v))).collect();
-    let mut places: Vec<Vec3> = wrong.into_iter().map(|v| mesh.position(Vertex(v))).collect();
+    let is_wrong = |&(set, doubled): &(u32, i64)| {
+        if closed(&set) { !same } else { !is_like(set, doubled) }
+    };
+    let wrong: Vec<u32> = components.into_iter().filter(is_wrong).map(|c| c.0).collect();
+    let mut places: Vec<Vec3> = Vec::new();
+    if !wrong.is_empty() {
+        let wrong = mesh.vertices().filter(|v| wrong.binary_search(&sets.find(v.0)).is_ok());
+        places.extend(wrong.map(|v| mesh.position(v)));
+    }
     let lost = |part: usize| others[part].is_empty() && !same;
     for (crossing, &part) in exact.crossings.iter().zip(&exact.part_of) {
         if lost(part as usize) {
@@ -404,4 +402,34 @@ pub(super) fn mismatched_parts(
         }
     }
     places
+}
+
+/// The components of the mesh without its caps, as sets of vertices; and of each, ascending, its first vertex and twice its number of
+/// vertices less its number of faces.
+fn components(tracked: &Tracked) -> (DisjointSets, Vec<(u32, i64)>) {
+    let mesh = &tracked.mesh;
+    let mut sets = DisjointSets::new(mesh.vertex_slots());
+    let faces = || mesh.faces().filter(|&f| !mesh.is_cap(f)).map(|f| mesh.face_vertices(f));
+    for [a, b, c] in faces() {
+        sets.join(a.0, b.0);
+        sets.join(a.0, c.0);
+    }
+    // By vertex slot, nothing at those that no face has: empty ones and hubs.
+    let mut doubled: Vec<Option<i64>> = vec![None; mesh.vertex_slots()];
+    for v in faces().flatten() {
+        doubled[v.0 as usize] = Some(0);
+    }
+    for v in
+        (0..doubled.len() as u32).filter(|&v| doubled[v as usize].is_some()).collect::<Vec<u32>>()
+    {
+        *doubled[sets.find(v) as usize].get_or_insert(0) += 2;
+    }
+    for [a, ..] in faces() {
+        *doubled[sets.find(a.0) as usize].get_or_insert(0) -= 1;
+    }
+    let is_first = |v: &u32| sets.find(*v) == *v;
+    let firsts: Vec<u32> = (0..doubled.len() as u32).filter(is_first).collect();
+    let of_each = firsts.into_iter().filter_map(|v| Some((v, doubled[v as usize]?)));
+    let of_each = of_each.collect();
+    (sets, of_each)
 }

@@ -5,14 +5,12 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::region::{BLOCK, Region};
+use super::places::Places;
+use super::region::Region;
 use super::tracked::Tracked;
 use crate::disjoint_sets::DisjointSets;
 use crate::mesh::{Face, bounds};
 use crate::topology::exact::ExactField;
-
-/// Faces are assigned to clusters within this many blocks.
-const SEARCH_RINGS: usize = 3;
 
 /// Blocks that change together, ascending, and the faces of the mesh near them, ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -25,6 +23,7 @@ pub(super) struct Cluster {
 /// `near` voxels of both. In neither region everything is exact.
 pub(super) fn clusters(
     tracked: &Tracked,
+    places: &Places,
     [old, new]: [&Region; 2],
     field: &ExactField,
     near: f32,
@@ -36,7 +35,7 @@ pub(super) fn clusters(
     let mesh = &tracked.mesh;
     let grid = new.grid;
     let number = |b: u32| blocks.binary_search(&b).ok().map(|i| i as u32);
-    let marked = grid.marked(blocks.iter().copied());
+    let marked = grid.marked(blocks.iter().copied(), 0);
     let mut sets = DisjointSets::new(blocks.len());
     for (i, &b) in blocks.iter().enumerate() {
         for other in grid.blocks_around(b).filter(|&n| marked[n as usize]) {
@@ -44,21 +43,13 @@ pub(super) fn clusters(
         }
     }
     let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
-    // Most faces are far from all clusters, which the block of a corner shows.
-    let wide = grid.marked(blocks.iter().flat_map(|&b| grid.blocks_within(b, SEARCH_RINGS)));
-    let max_size = (SEARCH_RINGS * BLOCK) as f32 - near;
-    let scale = size.recip();
-    let near_faces: Vec<(Face, Vec<u32>)> = (0..mesh.face_slots() as u32)
+    let wide = grid.marked(blocks.iter().copied(), places.rings(near));
+    let near_faces: Vec<(Face, Vec<u32>)> = places
+        .faces_in(tracked, &wide)
         .into_par_iter()
-        .map(Face)
-        .with_min_len(1024)
-        .filter(|&f| mesh.has_face(f) && !mesh.is_cap(f))
+        .with_min_len(256)
         .filter_map(|f| {
             let (low, high) = bounds(mesh.corners(f));
-            let is_far = !wide[grid.block_at(low * scale) as usize];
-            if is_far && ((high - low) * scale).max_element() < max_size {
-                return None;
-            }
             let blocks = grid.blocks_in(low / size - near, high / size + near);
             let near_blocks: Vec<u32> = blocks.filter(|&b| marked[b as usize]).collect();
             (!near_blocks.is_empty()).then_some((f, near_blocks))

@@ -18,6 +18,7 @@ use crate::field::Field;
 use crate::kernels::Backend;
 use crate::progress::Progress;
 use crate::spectrum::{About, Metadata, Patch, Spectrum};
+use crate::topology::Topology;
 use crate::volume::Volume;
 
 /// Computes the spectrum of a volume as it is; [`Prepared`](crate::Prepared) can process the volume before, and records that.
@@ -45,12 +46,23 @@ pub fn compute(
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Spectrum> {
+    compute_known(volume, parameters, backend, progress, None)
+}
+
+/// As [`compute`], for a volume whose topology may be known.
+pub(crate) fn compute_known(
+    volume: &Arc<Volume>,
+    parameters: &Parameters,
+    backend: &Backend,
+    progress: &dyn Progress,
+    known: Option<Topology>,
+) -> Result<Spectrum> {
     let parameters = &parameters.within(volume.range())?;
     let range = parameters.range.unwrap_or(volume.range());
     let field = Arc::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
     parameters.check_sampling(range)?;
-    let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
+    let sweep = Sweep::new(volume, field, parameters, backend, progress, known)?;
     let initial = given.map(|given| initial::placed(&sweep, given)).transpose()?;
     let (swept, mut counts) = swept(&sweep, initial)?;
     counts.arcs = sweep.topology.n_arcs_in(sweep.range) as u64;

@@ -27,20 +27,24 @@ pub(super) struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    /// Computes the topology of a volume.
+    /// Computes the topology of a volume, unless it is known.
     pub(super) fn new(
         volume: &'a Volume,
         field: Arc<Field>,
         parameters: &'a Parameters,
         backend: &'a Backend,
         progress: &'a dyn Progress,
+        known: Option<Topology>,
     ) -> Result<Self> {
         let exact = ExactField::new(volume)?;
         let (low, high) = parameters.range.unwrap_or(volume.range());
         let range = (low, swept_end(&exact, high));
         let stages = Stages::of(&exact, range);
         let stage = stages.topology(progress);
-        let topology = Topology::compute_with_progress(&exact, &|done| stage.report(done))?;
+        let topology = match known {
+            Some(topology) => topology,
+            None => Topology::compute_with_progress(&exact, &|done| stage.report(done))?,
+        };
         Ok(Sweep { exact, topology, field, backend, parameters, progress, stages, range })
     }
 }

@@ -12,12 +12,14 @@ use crate::mesh::{Face, HalfEdgeMesh, Replacement, Vertex};
 /// The mesh with the changed parts.
 pub(super) struct Joined {
     pub(super) tracked: Tracked,
-    /// The removed faces.
+    /// The removed faces, ascending; caps last.
     pub(super) removed: Vec<Face>,
     /// The new faces, and the removed face that each was, if any.
     pub(super) faces: Vec<(Face, Option<Face>)>,
     /// New and removed vertices.
     pub(super) vertices: Vec<Vertex>,
+    /// New vertices, and those of the new faces.
+    pub(super) placed: Vec<Vertex>,
 }
 
 /// Puts changed parts back into the mesh; no two of them have a face in common.
@@ -77,6 +79,8 @@ pub(super) fn join(whole: &Tracked, exchanged: &[&Exchanged]) -> Result<Joined, 
     let replaced = tracked.mesh.replace_faces(&r)?;
     let slot =
         |n: u32| n.checked_sub(first_new).map_or(Vertex(n), |i| replaced.vertices[i as usize]);
+    let new = replaced.vertices.iter().copied();
+    let placed = known.iter().map(|k| slot(k.1)).chain(new).collect();
     for &(_, n, _, place) in &known {
         tracked.mesh.set_position(slot(n), place);
         tracked.mesh.set_fixed(slot(n), false);
@@ -89,7 +93,7 @@ pub(super) fn join(whole: &Tracked, exchanged: &[&Exchanged]) -> Result<Joined, 
     let n = from.len();
     let faces = replaced.faces[..n].iter().copied().zip(from).collect();
     let vertices = replaced.gone.into_iter().chain(replaced.vertices).collect();
-    Ok(Joined { tracked, removed: r.removed, faces, vertices })
+    Ok(Joined { tracked, removed: r.removed, faces, vertices, placed })
 }
 
 /// Removes the caps of all boundary loops that touch removed faces; returns the other edges of these loops. The removed

@@ -12,8 +12,8 @@
 //!    the whole isosurface is exact, that is, the exact extraction (with an initial mesh it is tracked instead, `initial.rs`). After
 //!    the first exchange the state is copied, and one march goes up, one down, to the ends of the stretch. All marches run in
 //!    parallel. At a meeting of two stretches one mesh ends and the other begins.
-//! 3. **State** (`march/state.rs`, `tracked.rs`, `region.rs`). The tracked mesh, a half-edge mesh closed by a fan of caps over
-//!    every boundary loop; the region of exact cells, in blocks of 2^3; by block the isovalue since which it is exact, and until
+//! 3. **State** (`march/state.rs`, `tracked.rs`, `places.rs`, `region.rs`). The tracked mesh, a half-edge mesh closed by a fan of
+//!    caps over every boundary loop; the block of each of its vertices; the region of exact cells, in blocks of 2^3; by block the isovalue since which it is exact, and until
 //!    which step it must stay exact (back-off).
 //! 4. **Seam** (`tracked.rs`, `polyline.rs`). The lattice squares between exact cells and others. The vertices of the mesh's
 //!    boundary are bound to lattice edges of the seam and are where the exact extraction has them, at every isovalue.

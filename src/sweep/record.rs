@@ -6,8 +6,6 @@
 //!    both sides of the seam share it. Every other vertex has its own trajectory.
 //! 2. A triangle lives as long as its three trajectories stay the same.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
 
 use super::cause::{Cause, Ended};
@@ -24,6 +22,9 @@ pub(super) struct OwnKnot {
     pub(super) normal: Vec3,
 }
 
+/// The trajectories of a face, and the isovalue since which they are those.
+type Alive = ([Track; 3], f64);
+
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recorder {
@@ -34,15 +35,15 @@ pub(super) struct Recorder {
     pub(super) ended: Ended,
     /// By vertex slot.
     tracks: Vec<Option<Track>>,
-    /// By face slot: the trajectories, and the isovalue since which they are those.
-    alive: Vec<Option<([Track; 3], f64)>>,
+    /// By face slot.
+    alive: Vec<Option<Alive>>,
 }
 
 /// A state of the recorder to roll back to.
 #[derive(Clone, Debug)]
 pub(super) struct Mark {
     tracks: Vec<Option<Track>>,
-    alive: Vec<Option<([Track; 3], f64)>>,
+    alive: Vec<Option<Alive>>,
     n_lives: usize,
     n_knots: usize,
     ended: Ended,
@@ -138,7 +139,7 @@ impl Recorder {
     pub(super) fn changed(
         &mut self,
         tracked: &Tracked,
-        faces: impl Iterator<Item = Face>,
+        faces: impl IntoIterator<Item = Face>,
         isovalue: f64,
         cause: impl Fn(usize) -> Cause,
     ) {
@@ -161,24 +162,12 @@ impl Recorder {
         }
     }
 
-    /// Records that any face may have changed at an isovalue, for a cause by face slot.
-    pub(super) fn changed_all(
-        &mut self,
-        tracked: &Tracked,
-        isovalue: f64,
-        cause: impl Fn(usize) -> Cause,
-    ) {
-        self.forget(tracked);
-        let faces = (0..tracked.mesh.face_slots() as u32).map(Face);
-        self.changed(tracked, faces, isovalue, cause);
-    }
-
     /// Records an exchange at an isovalue.
     pub(super) fn exchanged(&mut self, joined: &Joined, isovalue: f64) {
-        let mut before: HashMap<Face, ([Track; 3], f64)> = HashMap::new();
-        for f in &joined.removed {
+        let mut before: Vec<(Face, Option<Alive>)> = Vec::with_capacity(joined.removed.len());
+        for &f in &joined.removed {
             if let Some(alive) = self.alive.get_mut(f.0 as usize).and_then(Option::take) {
-                before.insert(*f, alive);
+                before.push((f, Some(alive)));
             }
         }
         for v in &joined.vertices {
@@ -189,20 +178,18 @@ impl Recorder {
         let slots = joined.tracked.mesh.face_slots();
         self.alive.resize(slots.max(self.alive.len()), None);
         for (f, was) in &joined.faces {
-            self.alive[f.0 as usize] = was.and_then(|was| before.remove(&was));
+            let place = was.and_then(|was| before.binary_search_by_key(&was, |b| b.0).ok());
+            self.alive[f.0 as usize] = place.and_then(|i| before[i].1.take());
         }
-        // In an order that does not depend on the map.
-        for f in &joined.removed {
-            if let Some(alive) = before.remove(f) {
-                self.write(alive, isovalue, Some(Cause::Exchange));
-            }
+        for alive in before.into_iter().filter_map(|b| b.1) {
+            self.write(alive, isovalue, Some(Cause::Exchange));
         }
         let faces = joined.faces.iter().map(|f| f.0);
         self.changed(&joined.tracked, faces, isovalue, |_| Cause::Exchange);
     }
 
     /// Removes the trajectories of empty vertex slots, as other vertices may reuse them.
-    fn forget(&mut self, tracked: &Tracked) {
+    pub(super) fn forget(&mut self, tracked: &Tracked) {
         for (v, track) in self.tracks.iter_mut().enumerate() {
             if v >= tracked.mesh.vertex_slots() || !tracked.mesh.has_vertex(Vertex(v as u32)) {
                 *track = None;
@@ -217,7 +204,7 @@ impl Recorder {
     }
 
     /// Writes a lifetime that ends at an isovalue; at the end of the march without a cause.
-    fn write(&mut self, (vertices, since): ([Track; 3], f64), isovalue: f64, cause: Option<Cause>) {
+    fn write(&mut self, (vertices, since): Alive, isovalue: f64, cause: Option<Cause>) {
         let (low, high) = (since.min(isovalue), since.max(isovalue));
         if low < high {
             cause.into_iter().for_each(|cause| self.ended.add(cause));

@@ -219,10 +219,19 @@ impl PaddedGrid {
         })
     }
 
-    /// Some blocks, by number.
-    pub(super) fn marked(&self, blocks: impl Iterator<Item = u32>) -> Vec<bool> {
-        let mut marked = vec![false; self.blocks().iter().product()];
-        blocks.for_each(|b| marked[b as usize] = true);
+    /// By block, whether it is at most `distance` blocks away along every axis from one of some blocks.
+    pub(super) fn marked(&self, blocks: impl Iterator<Item = u32>, distance: usize) -> Vec<bool> {
+        let [nx, ny, nz] = self.blocks();
+        let mut marked = vec![false; nx * ny * nz];
+        for b in blocks {
+            let p = self.block_position(b);
+            let [x, y, z] = std::array::from_fn(|a| {
+                p[a].saturating_sub(distance)..(p[a] + distance + 1).min([nx, ny, nz][a])
+            });
+            for row in z.flat_map(|k| y.clone().map(move |j| nx * (j + ny * k))) {
+                marked[row + x.start..row + x.end].fill(true);
+            }
+        }
         marked
     }
 
@@ -241,20 +250,9 @@ impl PaddedGrid {
 
     /// A block and those around it.
     pub(super) fn blocks_around(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
-        self.blocks_within(block, 1)
-    }
-
-    /// The blocks at most `distance` blocks away along every axis, including the block itself.
-    pub(super) fn blocks_within(
-        &self,
-        block: u32,
-        distance: usize,
-    ) -> impl Iterator<Item = u32> + use<> {
-        let n = self.blocks();
-        let [x, y, z] = {
-            let b = self.block_position(block);
-            std::array::from_fn(|a| b[a].saturating_sub(distance)..(b[a] + distance + 1).min(n[a]))
-        };
+        let (n, p) = (self.blocks(), self.block_position(block));
+        let [x, y, z]: [std::ops::Range<usize>; 3] =
+            std::array::from_fn(|a| p[a].saturating_sub(1)..(p[a] + 2).min(n[a]));
         z.flat_map(move |k| {
             let x = x.clone();
             y.clone().flat_map(move |j| x.clone().map(move |i| (i + n[0] * (j + n[1] * k)) as u32))
@@ -282,7 +280,7 @@ impl Region {
             for j in 1..grid.dims[1] - 2 {
                 let first = grid.vertex([1, j, k]);
                 let end = first + grid.dims[0] as u32 - 3;
-                (first..end).for_each(|cell| region.set(cell, false));
+                region.clear(first, end);
             }
         }
         region
@@ -310,6 +308,17 @@ impl Region {
             *word |= bit;
         } else {
             *word &= !bit;
+        }
+    }
+
+    /// Makes the cells from `first` to before `end` no longer exact, a word at a time.
+    fn clear(&mut self, first: u32, end: u32) {
+        let (from, to) = (first as usize / 64, (end - 1) as usize / 64);
+        let [low, high] = [u64::MAX << (first % 64), u64::MAX >> (63 - (end - 1) % 64)];
+        for word in from..=to {
+            let low = if word == from { low } else { u64::MAX };
+            let high = if word == to { high } else { u64::MAX };
+            self.exact[word] &= !(low & high);
         }
     }
 

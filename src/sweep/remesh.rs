@@ -12,6 +12,8 @@ pub(super) mod improve;
 mod refine;
 mod simplify;
 
+use rayon::prelude::*;
+
 use super::cause::{Cause, FirstCauses};
 use crate::mesh::HalfEdgeMesh;
 use criteria::{Criteria, extend_sizing, sizing};
@@ -34,7 +36,8 @@ pub(super) fn remesh(mesh: &mut HalfEdgeMesh, criteria: &Criteria, causes: &mut 
     if mesh.n_faces() == 0 {
         return;
     }
-    flip_edges(mesh, criteria, 2, FLIPS);
+    let edges = mesh.par_edges().collect();
+    let mut edges = flip_edges(mesh, criteria, edges, 2, FLIPS);
     causes.attribute(mesh, Cause::Flip);
     let deviations = criteria.deviations(mesh);
     let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
@@ -45,6 +48,12 @@ pub(super) fn remesh(mesh: &mut HalfEdgeMesh, criteria: &Criteria, causes: &mut 
     extend_sizing(mesh, &mut length);
     simplify(mesh, criteria, &length, COLLAPSES);
     causes.attribute(mesh, Cause::Collapse);
-    flip_edges(mesh, criteria, 2, FLIPS);
+    // All other edges have been found good, and are between the same triangles as then.
+    let alive = causes.changed().filter(|&f| mesh.has_face(f));
+    edges.extend(alive.flat_map(|f| mesh.face_halfedges(f)).map(|h| h.edge()));
+    edges.retain(|&e| mesh.has_edge(e));
+    edges.sort_unstable();
+    edges.dedup();
+    flip_edges(mesh, criteria, edges, 2, FLIPS);
     causes.attribute(mesh, Cause::Flip);
 }

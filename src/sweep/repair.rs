@@ -13,7 +13,7 @@ use glam::Vec3;
 
 use super::region::Region;
 use super::tracked::{Tracked, share_exact_cell};
-use super::transport::{MAX_DEVIATION_FACTOR, fault, faults};
+use super::transport::{MAX_DEVIATION_FACTOR, fault};
 use crate::mesh::{Edge, Face, HalfEdge, Vertex, radius_ratio};
 use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
@@ -78,11 +78,11 @@ pub(super) fn repair_faults(
     region: &Region,
     criteria: &Criteria,
     parameters: &Parameters,
+    bad: &[Face],
 ) {
-    let bad = faults(tracked, criteria, parameters);
     let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
     let max_deviation = MAX_DEVIATION_FACTOR * parameters.error as f32;
-    repair(tracked, region, &[Shape { criteria: *criteria, max_deviation, place: &place }], &bad);
+    repair(tracked, region, &[Shape { criteria: *criteria, max_deviation, place: &place }], bad);
 }
 
 /// The edit that leaves the fewest failing triangles.

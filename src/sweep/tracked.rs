@@ -404,25 +404,27 @@ pub(super) fn split_fans(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u
 ///
 /// A vertex at which the triangles are not a manifold.
 pub(super) fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, u32> {
-    let mut sides: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
+    // Sorted by both ends, the lower one first; then whether it is turned.
+    let mut sides: Vec<(u64, bool)> = Vec::with_capacity(3 * triangles.len());
     for t in triangles {
         for i in 0..3 {
             let (a, b) = (t[i], t[(i + 1) % 3]);
-            sides.push((a.min(b), a.max(b), a > b));
+            sides.push((u64::from(a.min(b)) << 32 | u64::from(a.max(b)), a > b));
         }
     }
     sides.sort_unstable();
     let mut next = BTreeMap::new();
-    for group in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+    for group in sides.chunk_by(|x, y| x.0 == y.0) {
+        let (low, high) = ((group[0].0 >> 32) as u32, group[0].0 as u32);
         match group {
-            [(low, high, turned)] => {
-                let (a, b) = if *turned { (*high, *low) } else { (*low, *high) };
+            [(_, turned)] => {
+                let (a, b) = if *turned { (high, low) } else { (low, high) };
                 if next.insert(a, b).is_some() {
                     return Err(a);
                 }
             }
-            [(_, _, false), (_, _, true)] => {}
-            _ => return Err(group[0].0),
+            [(_, false), (_, true)] => {}
+            _ => return Err(low),
         }
     }
     Ok(next)

@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::places::Places;
 use super::region::{LatticeEdge, Region};
 use super::tracked::{Tracked, place_on};
 use crate::error::Result;
@@ -65,10 +66,14 @@ impl Moved {
 
     /// Adds the vertices of an earlier attempt that were not moved again.
     fn keep(&mut self, before: &Moved, tracked: &Tracked) {
-        let is_kept = |v: Vertex| tracked.mesh.has_vertex(v) && self.end(v).is_none();
-        let mut all: Vec<_> = before.all().filter(|v| is_kept(v.0)).collect();
-        all.extend(self.all());
-        all.sort_unstable_by_key(|v| v.0);
+        let mut old = before.all().filter(|v| tracked.mesh.has_vertex(v.0)).peekable();
+        let mut all = Vec::with_capacity(before.vertices.len());
+        for v in self.all() {
+            all.extend(std::iter::from_fn(|| old.next_if(|o| o.0 < v.0)));
+            old.next_if(|o| o.0 == v.0);
+            all.push(v);
+        }
+        all.extend(old);
         self.vertices = all.iter().map(|v| v.0).collect();
         self.positions = all.iter().map(|v| v.1).collect();
         self.normals = all.iter().map(|v| v.2).collect();
@@ -96,6 +101,7 @@ pub(super) struct Step {
 /// The motion of a mesh in one step.
 pub(super) struct Transport<'a> {
     pub(super) tracked: &'a Tracked,
+    pub(super) places: &'a Places,
     pub(super) region: &'a Region,
     pub(super) exact: &'a ExactField<'a>,
     pub(super) field: &'a Field,
@@ -121,7 +127,7 @@ impl Transport<'_> {
             .map(Vertex)
             .map(|v| {
                 let retry = |a: &Retry| {
-                    self.is_in(&a.near, mesh.position(v))
+                    a.near[self.places.block(v) as usize]
                         || !known[v.0 as usize]
                         || a.fresh.contains(&v)
                 };
@@ -142,11 +148,6 @@ impl Transport<'_> {
             moved.keep(&retry.before, self.tracked);
         }
         Ok(moved)
-    }
-
-    /// Whether a place is in one of some blocks.
-    fn is_in(&self, blocks: &[bool], p: Vec3) -> bool {
-        blocks[self.region.grid.block_at(p * self.field.inverse_cell_size()) as usize]
     }
 
     /// The end of a vertex that does not move freely: on its lattice edge if it is bound, else where an earlier attempt moved it.
@@ -279,16 +280,10 @@ impl Transport<'_> {
             all.filter(|f| self.stays(*f.0)).map(|(f, t)| (*f, *t)).unzip();
         let own = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
         if let Some(retry) = self.retry {
-            let is_adjacent = |f: &Face| {
-                mesh.has_face(*f)
-                    && !mesh.is_cap(*f)
-                    && mesh.corners(*f).into_iter().any(|p| self.is_in(&retry.wide, p))
-                    && compacted.faces.binary_search(f).is_err()
-                    && self.stays(*f)
-            };
-            let all = (0..mesh.face_slots() as u32).into_par_iter().map(Face);
-            let adjacent: Vec<Face> = all.with_min_len(1024).filter(is_adjacent).collect();
-            for f in adjacent {
+            let is_adjacent =
+                |f: &Face| compacted.faces.binary_search(f).is_err() && self.stays(*f);
+            let near = self.places.faces_in(self.tracked, &retry.wide);
+            for f in near.into_iter().filter(is_adjacent) {
                 faces.push(mesh.face_vertices(f).map(|v| {
                     own(v).unwrap_or_else(|| {
                         *numbers.entry(v).or_insert_with(|| {
@@ -327,13 +322,13 @@ impl Transport<'_> {
         let is_near = |b: u32| self.retry.is_none_or(|a| a.wide[b as usize]);
         let blocks = region.blocks().iter().copied().filter(|&b| is_near(b));
         let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
-        for cell in blocks.flat_map(|b| grid.cells_of(b)) {
-            let is_adjacent =
-                strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
-            if !is_adjacent {
-                continue;
-            }
-            let surface = extract_cell(exact, cell, self.step.next);
+        let is_adjacent = |&cell: &u32| {
+            strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s))
+        };
+        let cells: Vec<u32> = blocks.flat_map(|b| grid.cells_of(b)).filter(is_adjacent).collect();
+        let cells = cells.into_par_iter().with_min_len(64);
+        let surfaces = cells.map(|cell| extract_cell(exact, cell, self.step.next));
+        for surface in surfaces.collect::<Vec<_>>() {
             let mut numbers = Vec::with_capacity(surface.positions.len());
             for (crossing, &position) in surface.crossings.iter().zip(&surface.positions) {
                 let next = positions.len() as u32;
@@ -357,22 +352,27 @@ pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usiz
     if area(t) < MIN_FACE_AREA {
         return None;
     }
-    if normal(t).dot(criteria.field.gradient(barycentre)) > 0.0 {
+    let (value, gradient) = criteria.field.value_and_gradient(barycentre);
+    if normal(t).dot(gradient) > 0.0 {
         return Some(1);
     }
-    is_off(criteria, t, most).then_some(2)
+    let distance = distance(criteria, value, gradient);
+    (distance > most && criteria.deviation(t) > most).then_some(2)
 }
 
-/// The faces that fail a check.
-pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Face> {
+/// Those of some faces that fail a check.
+pub(super) fn faults(
+    tracked: &Tracked,
+    criteria: &Criteria,
+    parameters: &Parameters,
+    faces: Vec<Face>,
+) -> Vec<Face> {
     let mesh = &tracked.mesh;
     let most = MAX_DEVIATION_FACTOR * parameters.error as f32;
-    let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
-    faces
-        .par_iter()
-        .with_min_len(256)
-        .filter_map(|&f| fault(criteria, mesh.corners(f), most).map(|_| f))
-        .collect()
+    let fails = |f: &Face| {
+        mesh.has_face(*f) && !mesh.is_cap(*f) && fault(criteria, mesh.corners(*f), most).is_some()
+    };
+    faces.into_par_iter().with_min_len(256).filter(fails).collect()
 }
 
 /// Whether a face's barycentre is farther than `most` from the isosurface, both by the field's slope there and along its
@@ -383,21 +383,27 @@ fn is_off(criteria: &Criteria, t: [Vec3; 3], most: f32) -> bool {
 
 /// Distance of a face's barycentre from the isosurface by the field's slope there, voxels.
 pub(super) fn distance_by_slope(criteria: &Criteria, t: [Vec3; 3]) -> f32 {
-    let barycentre = t.iter().sum::<Vec3>() / 3.0;
-    let slope = criteria.field.gradient(barycentre).length();
-    (criteria.field.value(barycentre) - criteria.isovalue).abs() / slope.max(1e-12)
+    let (value, gradient) = criteria.field.value_and_gradient(t.iter().sum::<Vec3>() / 3.0);
+    distance(criteria, value, gradient)
+}
+
+fn distance(criteria: &Criteria, value: f32, gradient: Vec3) -> f32 {
+    (value - criteria.isovalue).abs() / gradient.length().max(1e-12)
 }
 
 /// Expected distance that nine of ten vertices move at most, from the field's gradient, voxels.
 pub(super) fn expected_motion(field: &Field, positions: &[[f32; 3]], at: f64, next: f64) -> f32 {
     let change = (field.isovalue(next) - field.isovalue(at)).abs();
-    let slope = typical_slope(field, positions.iter().map(|&p| p.into()));
+    let slope = typical_slope(field, positions.par_iter().map(|&p| p.into()));
     slope.map_or(0.0, |s| change / s.max(1e-12))
 }
 
 /// The slope that nine of ten positions reach.
-pub(super) fn typical_slope(field: &Field, places: impl Iterator<Item = Vec3>) -> Option<f32> {
-    let mut slopes: Vec<f32> = places.map(|p| field.inner_slope(p)).collect();
+pub(super) fn typical_slope(
+    field: &Field,
+    places: impl IndexedParallelIterator<Item = Vec3>,
+) -> Option<f32> {
+    let mut slopes: Vec<f32> = places.with_min_len(1024).map(|p| field.inner_slope(p)).collect();
     if slopes.is_empty() {
         return None;
     }

@@ -75,7 +75,9 @@ pub(super) fn distance_near(
         return Hit::At(t);
     }
     let gradient = gradient_at(volume, point);
-    let lines = [normal, gradient, gradient.map(|g| along_border(volume, point, g))];
+    // Away from the border the third line would be the second.
+    let border = gradient.map(|g| along_border(volume, point, g)).filter(|g| Some(*g) != gradient);
+    let lines = [normal, gradient, border];
     let mut best = found.map_or(Hit::Border, Hit::At);
     for line in lines.into_iter().flatten() {
         let norm = line[0].hypot(line[1]).hypot(line[2]);

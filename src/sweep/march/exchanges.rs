@@ -12,7 +12,7 @@ use crate::sweep::calendar::Passage;
 use crate::sweep::clusters::{Cluster, clusters};
 use crate::sweep::exchange::{Refused, exchange};
 use crate::sweep::exchanged::Exchanged;
-use crate::sweep::join::join;
+use crate::sweep::join::{Joined, join};
 use crate::sweep::region::Region;
 use crate::sweep::remesh::improve::Improvement;
 use crate::sweep::tracked::Tracked;
@@ -42,7 +42,7 @@ impl March<'_, '_> {
     ) -> Result<BTreeSet<Vertex>> {
         if state.region.is_all_exact() {
             let blocks = state.region.blocks().clone();
-            assert!(
+            debug_assert!(
                 self.calendar
                     .blocks(self.grid, Passage::between(self.exact(), state.at, state.at))
                     .is_subset(&blocks),
@@ -92,7 +92,7 @@ impl March<'_, '_> {
             }
             let regions = [&state.region, &target];
             let near = FACE_REACH * (1 + attempt).min(MAX_WIDENINGS) as f32;
-            let clusters = clusters(&state.tracked, regions, self.exact(), near);
+            let clusters = clusters(&state.tracked, &state.places, regions, self.exact(), near);
             if clusters.is_empty() {
                 break;
             }
@@ -130,6 +130,7 @@ impl March<'_, '_> {
     fn make_all_exact(&mut self, state: &mut State, closed: Region) {
         self.record.clear(state.at);
         state.tracked = Tracked::default();
+        state.places = self.places(&state.tracked);
         // The intervals of blocks that the isosurface has left end here.
         let has_left = |b: &u32| !closed.holds(*b);
         let mut left: Vec<u32> = state.since.keys().copied().filter(has_left).collect();
@@ -184,9 +185,8 @@ impl March<'_, '_> {
                 }
             }
         };
-        self.record.exchanged(&joined, state.at);
         new.extend(&joined.vertices);
-        state.tracked = joined.tracked;
+        self.put(state, joined);
         for (cluster, _) in good {
             let cluster = &clusters[cluster];
             for &b in &cluster.blocks {
@@ -271,20 +271,28 @@ impl March<'_, '_> {
             parameters: self.parameters(),
             isovalue: state.at,
         };
-        let record = &self.record;
-        let is_new = |v: Vertex| new.contains(&v) && record.begins(v, state.at);
-        let made = improvement.improved(&state.tracked, &is_new, kernels)?;
+        let begins = |v: &Vertex| self.record.begins(*v, state.at);
+        let new: &BTreeSet<Vertex> = &new.iter().copied().filter(begins).collect();
+        let made = improvement.improved(&state.tracked, new, kernels)?;
         let made: Vec<&Exchanged> = made.iter().collect();
         let Ok(joined) = join(&state.tracked, &made) else { return Ok(Vec::new()) };
-        self.record.exchanged(&joined, state.at);
-        state.tracked = joined.tracked;
+        let vertices = joined.vertices.clone();
+        self.put(state, joined);
         let mesh = &state.tracked.mesh;
-        for &v in new.iter().chain(&joined.vertices) {
+        for &v in new.iter().chain(&vertices) {
             if mesh.has_vertex(v) && self.record.begins(v, state.at) {
                 self.record.begins_at(v, mesh.position(v), mesh.vertex_normal(v));
             }
         }
-        Ok(joined.vertices)
+        Ok(vertices)
+    }
+
+    /// Records a mesh with changed parts, and puts it in the place of the present one.
+    fn put(&mut self, state: &mut State, joined: Joined) {
+        self.record.exchanged(&joined, state.at);
+        state.tracked = joined.tracked;
+        let faces = joined.faces.iter().map(|f| f.0);
+        state.places.update(&state.tracked, joined.placed, faces);
     }
 
     /// Makes blocks exact; if all of them are already, their neighbours, ring by ring until one was not exact.
@@ -329,7 +337,8 @@ mod tests {
         let parameters = Parameters::default();
         let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
         let field = Arc::new(Field::new(volume.clone()));
-        let sweep = Sweep::new(&volume, field, &parameters, &backend, &Silent).expect("a sweep");
+        let sweep =
+            Sweep::new(&volume, field, &parameters, &backend, &Silent, None).expect("a sweep");
         let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
         let done = WorkDone { share: Mutex::new(0.0), stage: sweep.stages.tracking(&Silent) };
         let (low, high) = sweep.range;

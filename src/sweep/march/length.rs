@@ -1,5 +1,7 @@
 //! The length of a step.
 
+use rayon::prelude::*;
+
 use super::state::{March, State};
 use crate::sweep::calendar::{Calendar, Passage};
 use crate::sweep::context::Sweep;
@@ -74,7 +76,7 @@ impl March<'_, '_> {
             return fixed;
         }
         let whole = crate::extract::extract(self.exact(), start);
-        let own = whole.positions.iter().map(|&p| p.into());
+        let own = whole.positions.par_iter().map(|&p| p.into());
         let slope = typical_slope(self.field(), own).unwrap_or(1.0);
         self.length_for(slope)
     }

@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::state::{MIN_EXACT_STEPS, March, State, sorted};
-use crate::mesh::Vertex;
+use super::state::{MIN_EXACT_STEPS, March, State};
 use crate::sweep::calendar::Passage;
 use crate::sweep::region::Region;
 
@@ -26,7 +25,8 @@ impl March<'_, '_> {
         let now = Passage::between(self.exact(), from, to);
         let mut soon = self.busy(ahead(LOOK_AHEAD_STEPS));
         let next_value = self.calendar.up_to_next_value(now, ahead(2.0 * LOOK_AHEAD_STEPS));
-        soon.extend(self.calendar.flats(next_value));
+        let flats = self.calendar.flats(next_value).filter(|&cell| state.region.is_exact(cell));
+        soon.extend(flats.filter_map(|cell| self.grid.block_of_cell(cell)));
         for &b in &busy {
             let entry = state.back_offs.entry(b).or_default();
             entry.until = entry.until.max(self.step + MIN_EXACT_STEPS);
@@ -35,10 +35,10 @@ impl March<'_, '_> {
         for &b in soon.iter().filter(|b| state.region.holds(**b)) {
             region.add(b);
         }
-        for (b, _) in sorted(state.back_offs.clone()).into_iter().filter(|r| r.1.until >= self.step)
-        {
+        let held = state.back_offs.iter().filter(|(_, back_off)| back_off.until >= self.step);
+        held.for_each(|(&b, _)| {
             region.add(b);
-        }
+        });
         let n_held = region.blocks().len();
         self.calendar.grow(&mut region, now);
         let crowded = self.crowded(state, &region);
@@ -84,15 +84,9 @@ impl March<'_, '_> {
 
     /// The blocks with vertices of the mesh, ascending.
     pub(super) fn tracked_blocks(&self, state: &State) -> Vec<u32> {
-        let mesh = &state.tracked.mesh;
-        let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().map(Vertex);
-        let mut blocks: Vec<u32> = vertices
-            .filter(|&v| mesh.has_vertex(v))
-            .map(|v| self.block_at(mesh.position(v)))
-            .collect();
-        blocks.par_sort_unstable();
-        blocks.dedup();
-        blocks
+        let vertices = state.tracked.mesh.vertices();
+        let marked = self.grid.marked(vertices.map(|v| state.places.block(v)), 0);
+        (0..).zip(marked).filter(|b| b.1).map(|b| b.0).collect()
     }
 
     /// The blocks near critical points of a passage, ascending.

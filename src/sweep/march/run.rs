@@ -10,6 +10,7 @@ use super::state::{March, State, WorkDone, sorted};
 use super::stretches::{Stretch, stretches};
 use crate::error::Result;
 use crate::kernels::{DeviceWork, Kernels};
+use crate::mesh::Vertex;
 use crate::sweep::calendar::{Calendar, Passage};
 use crate::sweep::context::Sweep;
 use crate::sweep::counts::Counts;
@@ -117,10 +118,9 @@ impl March<'_, '_> {
                 (usual, length) = (fixed, fixed);
                 continue;
             }
-            let positions =
-                state.tracked.mesh.vertices().filter(|&v| !state.tracked.mesh.is_fixed(v));
-            let slope =
-                typical_slope(self.field(), positions.map(|v| state.tracked.mesh.position(v)));
+            let mesh = &state.tracked.mesh;
+            let free: Vec<Vertex> = mesh.vertices().filter(|&v| !mesh.is_fixed(v)).collect();
+            let slope = typical_slope(self.field(), free.par_iter().map(|&v| mesh.position(v)));
             if let Some(slope) = slope {
                 usual = self.length_for(slope);
                 let times = if self.is_calm(state, &state.region) { CALM_FACTOR } else { 1.0 };

@@ -14,6 +14,7 @@ use crate::sweep::counts::Counts;
 use crate::sweep::exact::ExactInterval;
 use crate::sweep::initial::InitialMesh;
 use crate::sweep::parameters::Parameters;
+use crate::sweep::places::Places;
 use crate::sweep::record::Recorder;
 use crate::sweep::region::{PaddedGrid, Region};
 use crate::sweep::stages::Stage;
@@ -37,6 +38,7 @@ pub(super) struct BackOff {
 #[derive(Clone)]
 pub(super) struct State {
     pub(super) tracked: Tracked,
+    pub(super) places: Places,
     pub(super) region: Region,
     /// By block, the isovalue since which it is exact.
     pub(super) since: HashMap<u32, f64>,
@@ -92,11 +94,12 @@ impl<'s, 'a> March<'s, 'a> {
             (Region::all_exact(grid, calendar.blocks(grid, passage)), Tracked::default())
         };
         let mut record = Recorder::default();
-        record.changed_all(&tracked, start, |_| Cause::Exchange);
+        record.changed(&tracked, tracked.mesh.faces(), start, |_| Cause::Exchange);
         let (exact_intervals, counts, step) = (Vec::new(), Counts::default(), MIN_EXACT_STEPS + 1);
         let march = March { sweep, calendar, grid, record, exact_intervals, counts, step, done };
         let since = region.blocks().iter().map(|&b| (b, start)).collect();
-        Ok((march, State { tracked, region, since, back_offs: HashMap::new(), at: start }))
+        let (places, back_offs) = (march.places(&tracked), HashMap::new());
+        Ok((march, State { tracked, places, region, since, back_offs, at: start }))
     }
 
     /// A march in the other direction from the same record, with empty counts and intervals.
@@ -157,6 +160,11 @@ impl<'s, 'a> March<'s, 'a> {
         let samples = samples.into_iter().filter(|&s| self.is_sample(s));
         let octants = samples.flat_map(|s| (0..8).map(move |o| (s, o)));
         octants.filter_map(|(s, o)| self.grid.block_of_cell(self.grid.octant(s, o))).collect()
+    }
+
+    /// The blocks of a mesh's vertices.
+    pub(super) fn places(&self, tracked: &Tracked) -> Places {
+        Places::of(tracked, self.grid, self.field().inverse_cell_size())
     }
 
     /// The block around a place of the voxel frame.

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::state::{MAX_BACK_OFF, MIN_EXACT_STEPS, March, State};
 use crate::error::Result;
@@ -102,9 +103,13 @@ impl March<'_, '_> {
     fn finish_step(&mut self, state: &mut State, isovalue: f64) {
         state.at = isovalue;
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        let causes = self.repair_and_remesh(state, &criteria);
-        let faults = faults(&state.tracked, &criteria, self.parameters());
-        self.record.changed_all(&state.tracked, isovalue, |slot| causes.of(slot));
+        let (causes, faults) = self.repair_and_remesh(state, &criteria);
+        let mut changed: Vec<Face> = causes.changed().collect();
+        changed.sort_unstable();
+        changed.dedup();
+        self.record.forget(&state.tracked);
+        self.record.changed(&state.tracked, changed, isovalue, |slot| causes.of(slot));
+        state.places = self.places(&state.tracked);
         self.counts.faults += faults.len() as u64;
         let middle = |f: Face| state.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0;
         let places: Vec<Vec3> = faults.into_iter().map(middle).collect();
@@ -133,6 +138,7 @@ impl March<'_, '_> {
     ) -> Result<Moved> {
         let transport = Transport {
             tracked: &state.tracked,
+            places: &state.places,
             region: &state.region,
             exact: self.exact(),
             field: self.field(),
@@ -204,24 +210,39 @@ impl March<'_, '_> {
         if repaired.corners.is_empty() {
             return None;
         }
-        self.record.changed_all(&state.tracked, state.at, |_| Cause::Repair);
+        self.record.forget(&state.tracked);
+        state.places.update(&state.tracked, [], repaired.faces.iter().copied());
+        self.record.changed(&state.tracked, repaired.faces, state.at, |_| Cause::Repair);
         Some(self.blocks_at(&places))
     }
 
     /// Remeshes at the end of a step; repairs failing faces before, as remeshing does not, and after. Returns the causes of the
-    /// changes.
+    /// changes, and the faces that still fail. After the first check only faces that have changed are checked again, and those that
+    /// failed.
     fn repair_and_remesh(
         &self,
         State { tracked, region, .. }: &mut State,
         criteria: &Criteria,
-    ) -> FirstCauses {
-        let mut causes = FirstCauses::new(&tracked.mesh);
-        repair_faults(tracked, region, criteria, self.parameters());
-        causes.attribute(&tracked.mesh, Cause::Repair);
+    ) -> (FirstCauses, Vec<Face>) {
+        let mut causes = FirstCauses::new(&mut tracked.mesh);
+        let check = |tracked: &Tracked, mut suspects: Vec<Face>| {
+            suspects.par_sort_unstable();
+            suspects.dedup();
+            faults(tracked, criteria, self.parameters(), suspects)
+        };
+        let mend = |tracked: &mut Tracked, causes: &mut FirstCauses, bad: &[Face]| {
+            repair_faults(tracked, region, criteria, self.parameters(), bad);
+            causes.attribute(&mut tracked.mesh, Cause::Repair)
+        };
+        let mut bad = check(tracked, tracked.mesh.par_faces().collect());
+        mend(tracked, &mut causes, &bad);
         remesh(&mut tracked.mesh, criteria, &mut causes);
-        repair_faults(tracked, region, criteria, self.parameters());
-        causes.attribute(&tracked.mesh, Cause::Repair);
-        causes
+        bad.extend(causes.changed());
+        bad = check(tracked, bad);
+        let edited = mend(tracked, &mut causes, &bad);
+        bad.extend(edited);
+        let left = check(tracked, bad);
+        (causes, left)
     }
 
     /// Starts the back-off of a block whose tracking failed: it stays exact for some steps, twice as many if it fails again soon.
@@ -238,10 +259,7 @@ impl March<'_, '_> {
 
     /// The state for a retry after some blocks have changed.
     fn retry(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: BTreeSet<u32>) -> Retry {
-        let grid = self.grid;
-        let marked =
-            |rings| grid.marked(changed.iter().flat_map(|&b| grid.blocks_within(b, rings)));
-        let [near, wide] = [1, 2].map(marked);
+        let [near, wide] = [1, 2].map(|rings| self.grid.marked(changed.iter().copied(), rings));
         Retry { before, fresh, near, wide }
     }
 }

@@ -10,13 +10,10 @@
 
 use std::ops::RangeInclusive;
 
-use rayon::prelude::*;
-
 use super::length::isovalue_at_share;
-use crate::forecast::Forecast;
+use crate::forecast::{Forecast, crossings};
 use crate::sweep::calendar::{Calendar, Passage};
 use crate::sweep::context::Sweep;
-use crate::topology::exact::ExactField;
 
 /// Most triangles that meetings add, as a share of all triangles of the spectrum. A tracked mesh has about one for each lattice edge
 /// that the isosurface crosses.
@@ -137,7 +134,7 @@ impl Crossings {
             numbers.flat_map(|n| (1..n).flat_map(move |i| of_meeting(i, n))).collect();
         isovalues.sort_unstable_by(f64::total_cmp);
         isovalues.dedup();
-        let counts = crossings(&sweep.exact, &isovalues);
+        let counts = crossings(&sweep.exact, &isovalues, false);
         Crossings(isovalues.into_iter().zip(counts).collect())
     }
 
@@ -155,47 +152,4 @@ impl Crossings {
         let best = inside.min_by_key(|j| (self.at(candidates[*j]), from_middle(j)));
         best.map(|j| Meeting { isovalue: candidates[j], n_crossings: self.at(candidates[j]) })
     }
-}
-
-/// The number of lattice edges that the isosurface crosses at each of some ascending isovalues.
-fn crossings(field: &ExactField, isovalues: &[f64]) -> Vec<u64> {
-    if isovalues.is_empty() {
-        return Vec::new();
-    }
-    let [nx, ny, nz] = field.dims();
-    let [_, sy, sz] = field.strides();
-    // The number of isovalues below each sample of a plane.
-    let plane = |z: usize| -> Vec<u32> {
-        let row = |y: usize| {
-            let first = y as u32 * sy + z as u32 * sz;
-            first + 1..first + nx as u32 - 1
-        };
-        let samples = (1..ny - 1).flat_map(row).map(|v| field.sample(v));
-        samples.map(|sample| isovalues.partition_point(|&c| c < sample) as u32).collect()
-    };
-    // By number of isovalues: how many more edges are crossed from there on.
-    let of_plane = |mut changes: Vec<i64>, z: usize| {
-        let mut add = |a: u32, b: u32| {
-            changes[a.min(b) as usize] += 1;
-            changes[a.max(b) as usize] -= 1;
-        };
-        let (own, width) = (plane(z), nx - 2);
-        own.chunks_exact(width).for_each(|row| row.windows(2).for_each(|w| add(w[0], w[1])));
-        own.iter().zip(&own[width..]).for_each(|(&a, &b)| add(a, b));
-        if z + 2 < nz {
-            own.iter().zip(plane(z + 1)).for_each(|(&a, b)| add(a, b));
-        }
-        changes
-    };
-    let none = || vec![0i64; isovalues.len() + 1];
-    let sum = |mut a: Vec<i64>, b: Vec<i64>| {
-        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-        a
-    };
-    let changes = (1..nz - 1).into_par_iter().fold(none, of_plane).reduce(none, sum);
-    let counts = changes.iter().scan(0i64, |n, change| {
-        *n += change;
-        Some(*n as u64)
-    });
-    counts.take(isovalues.len()).collect()
 }

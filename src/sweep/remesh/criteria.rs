@@ -155,48 +155,50 @@ pub(crate) fn sizing(
     // The requested longest edge may be shorter than the default shortest one.
     let max_edge = criteria.max_edge;
     let min_edge = criteria.min_edge.min(max_edge);
-    let mut inverse_square = vec![0.0f32; mesh.vertex_slots()];
-    let mut count = vec![0u32; mesh.vertex_slots()];
-    for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
+    let faces: Vec<Face> = mesh.par_faces().filter(|&f| !mesh.is_cap(f)).collect();
+    let inverse_square = |&f: &Face| {
         let [a, b, c] = mesh.corners(f);
         let square = (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a)) / 3.0;
         let wanted = square * (goal / deviations[f.0 as usize].max(1e-6)).clamp(0.2, 4.0);
+        1.0 / wanted.max(1e-12)
+    };
+    let of_faces: Vec<f32> = faces.par_iter().with_min_len(256).map(inverse_square).collect();
+    let mut around = vec![(0.0f32, 0u32); mesh.vertex_slots()];
+    for (&f, inverse_square) in faces.iter().zip(of_faces) {
         for v in mesh.face_vertices(f) {
-            inverse_square[v.0 as usize] += 1.0 / wanted.max(1e-12);
-            count[v.0 as usize] += 1;
+            let (sum, n) = &mut around[v.0 as usize];
+            (*sum, *n) = (*sum + inverse_square, *n + 1);
         }
     }
-    let mut length: Vec<f32> = inverse_square
-        .iter()
-        .zip(&count)
-        .map(
-            |(&s, &n)| {
-                if n > 0 { (n as f32 / s).sqrt().clamp(min_edge, max_edge) } else { max_edge }
-            },
-        )
-        .collect();
-    length.par_iter_mut().with_min_len(256).enumerate().for_each(|(slot, l)| {
-        let v = Vertex(slot as u32);
-        if mesh.has_vertex(v) && !mesh.is_pinned(v) {
-            *l = l.min((EDGES_PER_GAP * criteria.gap(mesh, v)).max(MIN_GAP_EDGE));
+    let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().with_min_len(256).map(Vertex);
+    let wanted = |v: Vertex| {
+        let wanted = match around[v.0 as usize] {
+            (_, 0) => max_edge,
+            (sum, n) => (n as f32 / sum).sqrt().clamp(min_edge, max_edge),
+        };
+        if !mesh.has_vertex(v) {
+            return wanted;
         }
-    });
-    // The hull of the exact cells has corners at every cell; longer triangles would extend across them.
-    for v in mesh.vertices().filter(|&v| mesh.is_fixed(v)) {
-        let l = &mut length[v.0 as usize];
-        *l = l.min(MAX_SEAM_EDGE);
-    }
+        if mesh.is_fixed(v) {
+            // The hull of the exact cells has corners at every cell; longer triangles would extend across them.
+            return wanted.min(MAX_SEAM_EDGE);
+        }
+        if mesh.is_pinned(v) {
+            return wanted;
+        }
+        wanted.min((EDGES_PER_GAP * criteria.gap(mesh, v)).max(MIN_GAP_EDGE))
+    };
+    let mut length: Vec<f32> = vertices.clone().map(wanted).collect();
     // Lengths grow by at most half a length per length, so that triangles stay well shaped.
     for _ in 0..2 {
-        let before = length.clone();
-        for v in mesh.vertices() {
-            for w in mesh.one_ring(v) {
-                let limit =
-                    before[w.0 as usize] + 0.5 * mesh.position(v).distance(mesh.position(w));
-                let l = &mut length[v.0 as usize];
-                *l = l.min(limit);
-            }
-        }
+        let grown = |v: Vertex| {
+            let own = length[v.0 as usize];
+            let ring = mesh.has_vertex(v).then(|| mesh.one_ring(v)).into_iter().flatten();
+            let place = mesh.position(v);
+            let limit = |w: Vertex| length[w.0 as usize] + 0.5 * place.distance(mesh.position(w));
+            ring.map(limit).fold(own, f32::min)
+        };
+        length = vertices.clone().map(grown).collect();
     }
     length
 }

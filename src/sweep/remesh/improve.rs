@@ -5,7 +5,7 @@
 //! The exact extraction's triangles are small and thin. They are remeshed like the tracked mesh; vertices tracked before
 //! do not move. Faces that are turned over or off after that are repaired; where that fails, cells become exact in the next step.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
@@ -25,6 +25,7 @@ use crate::sweep::part::MeshPart;
 use crate::sweep::region::Region;
 use crate::sweep::repair::repair_faults;
 use crate::sweep::tracked::Tracked;
+use crate::sweep::transport::faults;
 
 /// Rounds of split, collapse, flip and relaxation.
 const ROUNDS: usize = 3;
@@ -56,10 +57,11 @@ impl Improvement<'_> {
     pub(in crate::sweep) fn improved(
         &self,
         whole: &Tracked,
-        is_new: &(dyn Fn(Vertex) -> bool + Sync),
+        new: &BTreeSet<Vertex>,
         kernels: &mut dyn Kernels,
     ) -> Result<Vec<Exchanged>> {
-        let parts = parts(whole, is_new);
+        let is_new = &|v: Vertex| new.contains(&v);
+        let parts = parts(whole, new.iter().copied());
         let mut all: Vec<Fresh> =
             parts.par_iter().filter_map(|faces| Fresh::of(whole, faces, is_new)).collect();
         self.remesh(&mut all, kernels)?;
@@ -78,8 +80,11 @@ impl Improvement<'_> {
             let mesh = &mut fresh.made.mesh;
             let deviations = criteria.deviations(mesh);
             refine(mesh, &criteria, &deviations);
-            flip_edges(mesh, &criteria, 2, Flips::ALL);
-            repair_faults(&mut fresh.made, self.region, &criteria, self.parameters);
+            let edges = mesh.edges().collect();
+            flip_edges(mesh, &criteria, edges, 2, Flips::ALL);
+            let faces = mesh.faces().collect();
+            let bad = faults(&fresh.made, &criteria, self.parameters, faces);
+            repair_faults(&mut fresh.made, self.region, &criteria, self.parameters, &bad);
             fresh.pin(false);
         });
         Ok(())
@@ -162,15 +167,16 @@ impl Fresh {
 }
 
 /// The faces at new vertices and their neighbours, ascending, in sets that have no vertex in common.
-fn parts(whole: &Tracked, is_new: &(dyn Fn(Vertex) -> bool + Sync)) -> Vec<Vec<Face>> {
+fn parts(whole: &Tracked, new: impl Iterator<Item = Vertex>) -> Vec<Vec<Face>> {
     let mesh = &whole.mesh;
-    let mut is_near = vec![false; mesh.vertex_slots()];
-    for v in mesh.vertices().filter(|&v| is_new(v) && !mesh.is_fixed(v)) {
-        is_near[v.0 as usize] = true;
-        mesh.one_ring(v).for_each(|w| is_near[w.0 as usize] = true);
-    }
-    let near = |f: &Face| mesh.face_vertices(*f).into_iter().any(|v| is_near[v.0 as usize]);
-    let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).filter(near).collect();
+    let free = new.filter(|&v| mesh.has_vertex(v) && !mesh.is_fixed(v));
+    let mut near: Vec<Vertex> = free.flat_map(|v| mesh.one_ring(v).chain([v])).collect();
+    near.sort_unstable();
+    near.dedup();
+    let around = near.into_iter().flat_map(|v| mesh.spokes(v)).map(|h| mesh.face(h));
+    let mut faces: Vec<Face> = around.filter(|&f| !mesh.is_cap(f)).collect();
+    faces.sort_unstable();
+    faces.dedup();
     let mut sets = DisjointSets::new(mesh.vertex_slots());
     for &f in &faces {
         let [a, b, c] = mesh.face_vertices(f).map(|v| v.0);
@@ -191,5 +197,6 @@ fn edit(mesh: &mut HalfEdgeMesh, criteria: &Criteria) {
     split_long(mesh, criteria, &length, 1.4);
     extend_sizing(mesh, &mut length);
     simplify(mesh, criteria, &length, Bounds { short: 0.75, share: COLLAPSE_SHARE });
-    flip_edges(mesh, criteria, 3, Flips::ALL);
+    let edges = mesh.edges().collect();
+    flip_edges(mesh, criteria, edges, 3, Flips::ALL);
 }

@@ -1,5 +1,7 @@
 //! Refinement: red-green quadrisection (thesis section 3.7) and splits of edges that are too long.
 
+use rayon::prelude::*;
+
 use super::criteria::Criteria;
 use crate::mesh::{Edge, Face, HalfEdgeMesh, Vertex, area};
 
@@ -17,7 +19,7 @@ const QUADRISECT_FROM: f32 = 2.0;
 pub(crate) fn refine(mesh: &mut HalfEdgeMesh, criteria: &Criteria, deviations: &[f32]) -> usize {
     let deviation = |f: Face| deviations[f.0 as usize];
     let mut marked: Vec<Face> = mesh
-        .faces()
+        .par_faces()
         .filter(|&f| {
             let pinned = mesh.face_vertices(f).iter().all(|&v| mesh.is_pinned(v));
             let is_far = deviation(f) > REFINE_FROM * criteria.error;
@@ -122,7 +124,7 @@ pub(crate) fn split_long(
     long: f32,
 ) -> Vec<Vertex> {
     let mut edges: Vec<(f32, Edge)> = mesh
-        .edges()
+        .par_edges()
         .filter_map(|e| {
             let h = e.halfedge();
             let wanted = 0.5 * (length[mesh.from(h).0 as usize] + length[mesh.to(h).0 as usize]);

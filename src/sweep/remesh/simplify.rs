@@ -1,9 +1,10 @@
 //! Simplification: edge collapses (thesis section 3.6) that keep the mesh within its tolerance.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::criteria::Criteria;
-use crate::mesh::{HalfEdge, HalfEdgeMesh, Vertex, radius_ratio};
+use crate::mesh::{Edge, HalfEdge, HalfEdgeMesh, Vertex, radius_ratio};
 
 /// Which collapses are made.
 #[derive(Clone, Copy)]
@@ -22,22 +23,19 @@ pub(crate) fn simplify(
     length: &[f32],
     bounds: Bounds,
 ) -> Vec<(Vertex, Vertex)> {
-    let mut candidates: Vec<(f32, HalfEdge)> = Vec::new();
-    for e in mesh.edges() {
+    let candidate = |e: Edge| {
         let h = e.halfedge();
         if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
-            continue;
+            return None;
         }
         let l = mesh.length(e);
         let wanted = length[mesh.from(h).0 as usize].min(length[mesh.to(h).0 as usize]);
-        let is_short = l < bounds.short * wanted;
-        if is_short
+        let is_candidate = l < bounds.short * wanted
             || is_shortest_of_bad_face(mesh, criteria, h)
-            || is_shortest_of_bad_face(mesh, criteria, h.twin())
-        {
-            candidates.push((l, h));
-        }
-    }
+            || is_shortest_of_bad_face(mesh, criteria, h.twin());
+        is_candidate.then_some((l, h))
+    };
+    let mut candidates: Vec<(f32, HalfEdge)> = mesh.par_edges().filter_map(candidate).collect();
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut collapsed = Vec::new();
     for (_, h) in candidates {
@@ -57,11 +55,9 @@ pub(crate) fn simplify(
 
 /// Whether `h` is the shortest side of a face that should be removed.
 fn is_shortest_of_bad_face(mesh: &HalfEdgeMesh, criteria: &Criteria, h: HalfEdge) -> bool {
-    let f = mesh.face(h);
-    criteria.is_bad(mesh, f) && {
-        let l = mesh.length(h.edge());
-        mesh.face_halfedges(f).iter().all(|s| mesh.length(s.edge()) >= l)
-    }
+    let l = mesh.length(h.edge());
+    let sides = [mesh.next(h), mesh.prev(h)];
+    sides.iter().all(|s| mesh.length(s.edge()) >= l) && criteria.is_bad(mesh, mesh.face(h))
 }
 
 /// Worst radius ratio of the faces that the collapse would leave around its target; zero if the

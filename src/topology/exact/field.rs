@@ -192,6 +192,11 @@ impl<'a> ExactField<'a> {
         ((self.level(vertex) as i128) << self.m_bits) + self.ramp(vertex) as i128
     }
 
+    /// The level of the vertices whose keys are next to a key.
+    pub(crate) fn level_of_key(&self, key: i128) -> i64 {
+        (key >> self.m_bits) as i64 + 1
+    }
+
     /// The ramp at a vertex, in V units; negative.
     #[inline]
     pub(super) fn ramp(&self, vertex: u32) -> i64 {
