@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::column::Content;
 use super::decode::UNUSED_PER_BYTE;
 use super::encode::ChunkContents;
-use super::header::{HEADER_LENGTH, Info, MAX_INFO, after_header, header, in_section, read_info};
+use super::header::{HEADER_LENGTH, MAX_INFO, after_header, header, in_section, read_info};
 use super::section::{
     MAX_NUMBERS_PER_BYTE_OF_CHUNK, Packing, split_section, trailing_bytes, write_section,
 };
@@ -18,7 +18,7 @@ use super::source::Source;
 use super::tables;
 use super::tree::{ChunkSize, Tree};
 use crate::error::{Error, Result};
-use crate::spectrum::{Collapse, Event, Metadata, Size, VolumeInfo};
+use crate::spectrum::{About, Collapse, Size};
 
 /// The last bytes of a file.
 const END: [u8; 4] = *b"ISPE";
@@ -97,8 +97,8 @@ fn least_bytes(sections: [&Content; 3], n_unused: usize) -> usize {
 
 /// The tables of a file.
 pub(super) struct FileTables {
-    pub(super) info: Info<VolumeInfo, Metadata>,
-    pub(super) events: Vec<Event>,
+    pub(super) about: About,
+    pub(super) size: Size,
     pub(super) isovalues: Vec<f64>,
     pub(super) collapses: Vec<Collapse>,
     pub(super) tree: Tree,
@@ -139,7 +139,8 @@ impl FileTables {
         }
         let places = places(&sizes, position)?;
         check_sizes(&info.size, &sizes)?;
-        Ok(FileTables { info, events, isovalues, collapses, tree, sizes, places })
+        let (size, about) = (info.size, info.into_about(events));
+        Ok(FileTables { about, size, isovalues, collapses, tree, sizes, places })
     }
 }
 

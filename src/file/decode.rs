@@ -20,7 +20,7 @@ use crate::spectrum::{Knot, Patch, Triangle};
 /// The number of vertices without a triangle in a chunk is at most this, divided by the number of chunks, plus [`UNUSED_PER_BYTE`] for each stored
 /// byte of sections `VERT` and `POSN`. Without a limit a small file could have millions of them.
 const FREE_UNUSED_VERTICES: usize = 4096;
-pub(super) const UNUSED_PER_BYTE: usize = 4;
+pub(super) const UNUSED_PER_BYTE: usize = 2;
 
 /// The tables of a file that its chunks refer to.
 pub(super) struct Decoder<'a> {
@@ -66,14 +66,19 @@ impl Decoder<'_> {
         let mut first_knot = Vec::with_capacity(n_vertices + 1);
         first_knot.push(0);
         let mut knots = Vec::with_capacity(n_knots);
-        let mut triangles = Vec::with_capacity(wanted.n_triangles as usize);
-        for chunk in chunks {
+        let mut triangles = Vec::new();
+        for mut chunk in chunks {
             let n_before = knots.len() as u32;
             first_knot.extend(chunk.ranks.first_knot[1..].iter().map(|first| n_before + first));
             let position = |x: &[i32; 3]| x.map(|x| self.units.coordinate(x));
             let ranks = chunk.ranks.ranks.iter().zip(&chunk.positions);
             knots.extend(ranks.map(|(&rank, x)| Knot { rank, position: position(x) }));
-            triangles.extend(chunk.triangles);
+            if triangles.is_empty() {
+                triangles = std::mem::take(&mut chunk.triangles);
+                triangles.reserve_exact(wanted.n_triangles as usize - triangles.len());
+            } else {
+                triangles.append(&mut chunk.triangles);
+            }
         }
         let isovalues = self.isovalues.to_vec();
         Ok(Patch { isovalues, first_knot, knots, triangles, collapses: Vec::new() })
@@ -189,7 +194,7 @@ impl Decoder<'_> {
         path.numbers.extend(first..first + ranks.n_vertices());
         let n_isovalues = self.isovalues.len() as u32;
         let tables = ChunkTables { chunk, path, n_above, n_isovalues, max_unused };
-        let triangles = read_triangles(triangles, tables).map_err(in_section("TRIA"))?;
+        let mut triangles = read_triangles(triangles, tables).map_err(in_section("TRIA"))?;
         check_count("triangles", triangles.len() as u64, self.sizes[i].triangles)?;
         let of = Surroundings {
             ranks: &path.ranks,
@@ -202,15 +207,13 @@ impl Decoder<'_> {
         read_geometry(positions, of, &mut path.positions, &self.samples, self.units)
             .map_err(in_section("POSN"))?;
         let positions = path.positions[knots_above..].to_vec();
-        let numbered = |t: &Triangle| {
-            let vertices = t.vertices.map(|v| path.numbers[v as usize]);
-            Triangle { vertices, ..*t }
-        };
-        let in_result = triangles.iter().map(numbered).collect();
         if chunk.pivot.is_some() {
-            path.triangles.extend(triangles);
+            path.triangles.extend_from_slice(&triangles);
         }
-        Ok(DecodedChunk { ranks, positions, triangles: in_result })
+        for t in &mut triangles {
+            t.vertices = t.vertices.map(|v| path.numbers[v as usize]);
+        }
+        Ok(DecodedChunk { ranks, positions, triangles })
     }
 
     /// Adds the number and the isovalues of a chunk to an error, if there are several.

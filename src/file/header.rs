@@ -31,15 +31,10 @@ pub(super) struct Info<V, P> {
 }
 
 impl Info<VolumeInfo, Metadata> {
-    pub(super) fn volume(&self) -> &VolumeInfo {
-        &self.volume
-    }
-
     /// The description with the events.
-    pub(super) fn about(&self, events: Vec<Event>) -> About {
+    pub(super) fn into_about(self, events: Vec<Event>) -> About {
         let Info { volume, range, tolerance, parameters, .. } = self;
-        let parameters = parameters.clone();
-        About { parameters, events, ..About::new(volume.clone(), *range, *tolerance) }
+        About { parameters, events, ..About::new(volume, range, tolerance) }
     }
 }
 

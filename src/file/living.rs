@@ -27,9 +27,9 @@ pub(super) struct Living<'a> {
     deaths: ByRank,
     /// By known triangle, its number in `holes`.
     places: Vec<u32>,
-    /// By triangle of `holes`, its number in the chunk, or [`KNOWN`] plus its number among the known ones.
+    /// By triangle of `holes`, its number in the chunk, or [`KNOWN`] plus its number among the known ones; and by triangle of the chunk, its number
+    /// in `holes`. Both are empty if there are no known triangles: then these numbers are the same.
     owners: Vec<u32>,
-    /// By triangle of the chunk, its number in `holes`.
     own: Vec<u32>,
 }
 
@@ -101,9 +101,10 @@ impl<'a> Living<'a> {
         let born = births.at(rank).map(|i| known[i as usize].vertices);
         let (dying, born): (Vec<u32>, Vec<[u32; 3]>) = (dying.collect(), born.collect());
         let known = KnownDeaths { ended, dying: &dying, born: &born };
-        let explicit = explicit.map(|i| own[i as usize]);
+        let explicit = explicit.map(|i| own.get(i as usize).copied().unwrap_or(i));
+        let owner_of = |t: u32| owners.get(t as usize).copied().unwrap_or(t);
         let dies = |holes: &Holes, candidate: Candidate| {
-            let owner = owners[candidate.triangle as usize];
+            let owner = owner_of(candidate.triangle);
             // All known triangles that die at the rank are dead.
             let is_own = owner & KNOWN == 0;
             Ok(is_own && dies(owner, candidate, holes.vertices(candidate.triangle))?)
@@ -111,7 +112,7 @@ impl<'a> Living<'a> {
         let [found, explicit] = holes.dying(rank, known, explicit, dies)?;
         holes.open_gates(&found);
         let owned = |triangles: Vec<u32>| {
-            let owners = triangles.into_iter().map(|t| owners[t as usize]);
+            let owners = triangles.into_iter().map(owner_of);
             owners.filter(|owner| owner & KNOWN == 0).collect()
         };
         Ok([owned(found), owned(explicit)])
@@ -140,13 +141,16 @@ impl<'a> Living<'a> {
     }
 
     fn next_own(&mut self) {
+        if self.known.is_empty() {
+            return;
+        }
         self.own.push(self.owners.len() as u32);
         self.owners.push(self.own.len() as u32 - 1);
     }
 
     /// The vertices of all triangles of the chunk.
     pub(super) fn into_vertices(self) -> Vec<[u32; 3]> {
-        if self.own.len() == self.owners.len() {
+        if self.known.is_empty() {
             return self.holes.into_vertices();
         }
         self.own.iter().map(|&t| self.holes.vertices(t)).collect()

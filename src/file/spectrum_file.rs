@@ -108,22 +108,27 @@ fn encoded(spectrum: Spectrum) -> Result<(Tree, Encoded)> {
 /// [`Spectrum::check`].
 pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let tables = FileTables::read(&bytes)?;
-    whole(&tables, &bytes)
+    let patch = whole_patch(&tables, &bytes)?;
+    whole(tables.about, patch, tables.size)
 }
 
-/// The whole spectrum.
-fn whole(tables: &FileTables, source: &dyn Source) -> Result<Spectrum> {
-    let last = tables.isovalues.len() as u32;
-    let mut patch = patch(tables, source, 0..=last)?;
+/// The vertices and triangles of all chunks, and the collapses.
+fn whole_patch(tables: &FileTables, source: &dyn Source) -> Result<Patch> {
+    let mut patch = patch(tables, source, 0..=tables.isovalues.len() as u32)?;
     patch.collapses.clone_from(&tables.collapses);
-    let spectrum = Spectrum::new(about(tables), patch)?;
-    check_size(&tables.info.size, &Size::of(&spectrum))?;
+    Ok(patch)
+}
+
+/// The whole spectrum, checked.
+fn whole(about: About, patch: Patch, size: Size) -> Result<Spectrum> {
+    let spectrum = Spectrum::new(about, patch)?;
+    check_size(&size, &Size::of(&spectrum))?;
     Ok(spectrum)
 }
 
 /// The vertices and triangles of the chunks that some ranks need.
 fn patch(tables: &FileTables, source: &dyn Source, ranks: RangeInclusive<u32>) -> Result<Patch> {
-    let units = Units::of_file(tables.info.tolerance);
+    let units = Units::of_file(tables.about.tolerance);
     let bytes = |i: usize| {
         let place = &tables.places[i];
         let bytes = source.bytes(place.start, place.end - place.start)?;
@@ -136,7 +141,7 @@ fn patch(tables: &FileTables, source: &dyn Source, ranks: RangeInclusive<u32>) -
         tree: &tables.tree,
         sizes: &tables.sizes,
         isovalues: &tables.isovalues,
-        samples: Samples::new(tables.info.volume(), units),
+        samples: Samples::new(&tables.about.volume, units),
         units,
         bytes: &bytes,
     };
@@ -189,7 +194,7 @@ impl SpectrumFile {
         let source = Seeking::new(file, n_bytes);
         let opened = || {
             let tables = FileTables::read(&source)?;
-            let description = Spectrum::new(about(&tables), Patch::empty())?;
+            let description = Spectrum::new(tables.about.clone(), Patch::empty())?;
             Ok((tables, description))
         };
         let (tables, description) = opened().map_err(|e: Error| e.of_file(path))?;
@@ -208,7 +213,7 @@ impl SpectrumFile {
 
     /// The size of the whole spectrum.
     pub fn size(&self) -> Size {
-        self.tables.info.size
+        self.tables.size
     }
 
     /// Bytes of the file.
@@ -222,7 +227,10 @@ impl SpectrumFile {
     ///
     /// [`Error::Input`] if a chunk is damaged or the spectrum does not pass [`Spectrum::check`].
     pub fn read(&self) -> Result<Spectrum> {
-        whole(&self.tables, &self.source).map_err(|e| e.of_file(&self.path))
+        let about = self.tables.about.clone();
+        let read = whole_patch(&self.tables, &self.source)
+            .and_then(|patch| whole(about, patch, self.tables.size));
+        read.map_err(|e| e.of_file(&self.path))
     }
 
     /// The spectrum with all triangles that are alive at some isovalues, or between them. Its range is that of the whole, but its meshes
@@ -233,7 +241,8 @@ impl SpectrumFile {
     /// [`Error::Input`] if one of the chunks is damaged, or they do not pass [`Spectrum::check`].
     pub fn read_around(&self, isovalues: &[f64]) -> Result<Spectrum> {
         let ranks = self.ranks_of(isovalues);
-        let read = || Spectrum::new(about(&self.tables), patch(&self.tables, &self.source, ranks)?);
+        let read =
+            || Spectrum::new(self.tables.about.clone(), patch(&self.tables, &self.source, ranks)?);
         read().map_err(|e| e.of_file(&self.path))
     }
 
@@ -262,11 +271,6 @@ impl SpectrumFile {
         let ranks = isovalues.iter().map(|&c| below(c).saturating_sub(1) as u32);
         ranks.clone().min().unwrap_or(0)..=ranks.max().unwrap_or(0)
     }
-}
-
-/// All but the geometry.
-fn about(tables: &FileTables) -> About {
-    tables.info.about(tables.events.clone())
 }
 
 #[cfg(test)]

@@ -44,8 +44,11 @@ impl Summary {
     /// [`Error::Input`](crate::Error::Input), also if reading fails.
     pub fn from_reader(file: &mut (impl Read + Seek + Send), length: u64) -> Result<Summary> {
         let source = Seeking::new(file, length);
-        let FileTables { info, events, .. } = FileTables::read(&source)?;
-        let spectrum = Spectrum::new(info.about(events), Patch::empty())?;
-        Ok(Summary { spectrum, size: info.size, bytes: source.n_bytes() })
+        let FileTables { about, size, .. } = FileTables::read(&source)?;
+        Ok(Summary {
+            spectrum: Spectrum::new(about, Patch::empty())?,
+            size,
+            bytes: source.n_bytes(),
+        })
     }
 }

@@ -79,7 +79,7 @@ fn chunks_at_an_isovalue_give_the_mesh_of_the_whole() {
     for c in between.chain(of_table).filter(|c| (low..=high).contains(c)) {
         let rank = spectrum.rank_at(c).expect("inside");
         let patch = patch(&tables, &&bytes[..], rank..=rank).expect("just written");
-        let part = Spectrum::new(about(&tables), patch).expect("valid");
+        let part = Spectrum::new(tables.about.clone(), patch).expect("valid");
         n_read += part.triangles().len();
         n_meshes += 1;
         assert_eq!(part.mesh_at(c).expect("inside"), whole.mesh_at(c).expect("inside"), "at {c}");
@@ -101,7 +101,7 @@ fn a_damaged_chunk_is_named_and_the_others_still_give_meshes() {
     assert_eq!(error, expected);
     let below = span.start - 1;
     let patch = patch(&tables, &&bytes[..], below..=below).expect("another chunk");
-    Spectrum::new(about(&tables), patch).expect("valid");
+    Spectrum::new(tables.about.clone(), patch).expect("valid");
 }
 
 #[test]
