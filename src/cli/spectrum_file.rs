@@ -12,14 +12,14 @@ use super::kind::{self, Kind};
 use super::output::Output;
 use super::{machine, report};
 
-/// Memory of a spectrum that is read, bytes per triangle (measured: 64 to 67).
-const READ_BYTES: f64 = 70.0;
+/// Memory of a spectrum that is read, bytes per triangle (measured: 110 to 165 with two threads).
+const READ_BYTES: f64 = 170.0;
 
-/// Memory of a spectrum that is read and packed into a page, bytes per triangle (measured: 170 to 205).
-pub(super) const PACK_BYTES: f64 = 210.0;
+/// Memory of a spectrum that is read and packed into a page, bytes per triangle (measured: 336 to 417 with two threads).
+pub(super) const PACK_BYTES: f64 = 420.0;
 
-/// Memory of a spectrum that is read and written in another format, bytes per triangle (measured: 122 to 135).
-pub(super) const CONVERT_BYTES: f64 = 140.0;
+/// Memory of a spectrum that is read and written in another format, bytes per triangle (measured: 116 to 231 with two threads).
+pub(super) const CONVERT_BYTES: f64 = 235.0;
 
 /// A format of spectrum files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -148,6 +148,11 @@ impl<'a> Living<'a> {
         self.owners.push(self.own.len() as u32 - 1);
     }
 
+    /// The vertices of triangle `i` of the chunk.
+    pub(super) fn vertices(&self, i: u32) -> [u32; 3] {
+        self.holes.vertices(self.own.get(i as usize).copied().unwrap_or(i))
+    }
+
     /// The vertices of all triangles of the chunk.
     pub(super) fn into_vertices(self) -> Vec<[u32; 3]> {
         if self.known.is_empty() {

@@ -203,8 +203,8 @@ def compute(
 
 
 def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)
-    """Open a spectrum in a file (``.isp`` or ``.thesis``) or a folder of parts (``.ispt``). Parts of a folder are read when a mesh needs
-    them, and a limited number is kept in memory.
+    """Open a spectrum in a file (``.isp`` or ``.thesis``) or a folder of parts (``.ispt``). Chunks of a ``.isp`` file and parts of a folder are
+    read when a mesh needs them, and a limited number is kept in memory; a damaged one is an error then.
 
     Raises
     ------

@@ -3,6 +3,7 @@
 use std::sync::{Arc, LazyLock};
 
 use super::*;
+use crate::file::FileQuery;
 use crate::kernels::{Backend, Choice};
 use crate::progress::Silent;
 use crate::random::Random;
@@ -86,6 +87,27 @@ fn chunks_at_an_isovalue_give_the_mesh_of_the_whole() {
     }
     let (mean, all) = (n_read / n_meshes, spectrum.triangles().len());
     assert!(2 * mean < all, "{mean} of {all} triangles are read");
+}
+
+#[test]
+fn a_query_of_a_file_gives_the_meshes_of_the_whole_in_any_order() {
+    let (spectrum, bytes, _) = in_chunks();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("s.isp");
+    std::fs::write(&path, bytes).expect("writable");
+    let file = Arc::new(SpectrumFile::open(&path).expect("just written"));
+    assert_eq!(file.size(), Size::of(&spectrum));
+    let mut whole = Query::new(&spectrum);
+    let (low, high) = spectrum.range();
+    let mut query = FileQuery::new(file.clone());
+    // The file is not opened again.
+    std::fs::remove_file(&path).expect("there");
+    let mut random = Random::new(5);
+    for _ in 0..60 {
+        let c = low + (high - low) * f64::from(random.below(1000) as u32) / 999.0;
+        assert_eq!(query.mesh_at(c).expect("inside"), whole.mesh_at(c).expect("inside"), "at {c}");
+    }
+    assert!(matches!(query.mesh_at(high + 1.0), Err(Error::Range { .. })));
 }
 
 #[test]
