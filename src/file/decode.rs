@@ -87,18 +87,22 @@ impl Decoder<'_> {
     fn wanted(&self, ranks: RangeInclusive<u32>) -> Result<Wanted> {
         let mut is_read = vec![false; self.sizes.len()];
         self.tree.at(ranks).for_each(|i| is_read[i] = true);
-        let (mut first_vertex, mut n_vertices, mut n_triangles) = (Vec::new(), 0u64, 0);
+        let (mut first_vertex, mut sum) = (Vec::new(), ChunkSize::default());
         for (size, &is_read) in self.sizes.iter().zip(&is_read) {
-            first_vertex.push(n_vertices as u32);
-            n_vertices += if is_read { size.vertices } else { 0 };
-            n_triangles += if is_read { size.triangles } else { 0 };
+            first_vertex.push(sum.vertices as u32);
+            if is_read {
+                sum.vertices += size.vertices;
+                sum.knots += size.knots;
+                sum.triangles += size.triangles;
+            }
         }
-        let max = u64::from(u32::MAX);
-        if n_vertices >= max || n_triangles >= max {
+        let ChunkSize { vertices, knots, triangles, .. } = sum;
+        if vertices.max(knots).max(triangles) >= u64::from(u32::MAX) {
             return Err(Error::input(format!(
-                "{n_vertices} vertices and {n_triangles} triangles, expected fewer than 2^32 - 1"
+                "{vertices} vertices, {knots} knots and {triangles} triangles, expected fewer than 2^32 - 1"
             )));
         }
+        let n_triangles = triangles;
         Ok(Wanted { is_read, first_vertex, n_triangles })
     }
 
