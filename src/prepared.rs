@@ -172,7 +172,7 @@ impl Prepared {
     ///
     /// # Errors
     ///
-    /// Those of [`compute`].
+    /// Those of [`compute`](crate::sweep::compute).
     pub fn compute(
         &self,
         parameters: &Parameters,
