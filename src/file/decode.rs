@@ -22,6 +22,9 @@ use crate::spectrum::{Knot, Patch, Triangle};
 const FREE_UNUSED_VERTICES: usize = 4096;
 pub(super) const UNUSED_PER_BYTE: usize = 2;
 
+/// Chunks of fewer triangles in all are read on the thread of the caller: other threads would need memory of their own, and gain nothing.
+const MIN_PARALLEL: u64 = 20_000;
+
 /// The tables of a file that its chunks refer to.
 pub(super) struct Decoder<'a> {
     pub(super) tree: &'a Tree,
@@ -122,9 +125,9 @@ impl Decoder<'_> {
         });
         // Chunks are unpacked by themselves, while those above are put together.
         let unpack = |child: Option<usize>| child.map(|child| self.unpack(child)).transpose();
-        let (built, (first_unpacked, second_unpacked)) = rayon::join(
+        let (built, (first_unpacked, second_unpacked)) = self.join(
             || self.built(i, unpacked, wanted, path),
-            || rayon::join(|| unpack(first), || unpack(second)),
+            || self.join(|| unpack(first), || unpack(second)),
         );
         let mut all = vec![built.map_err(|e| self.in_chunk(i, e))?];
         let first = first.zip(first_unpacked?);
@@ -134,7 +137,7 @@ impl Decoder<'_> {
         match (first, second) {
             (Some((first, a)), Some((second, b))) if is_large => {
                 let mut other = path.clone();
-                let (a, b) = rayon::join(
+                let (a, b) = self.join(
                     || self.below(first, a, wanted, path),
                     || self.below(second, b, wanted, &mut other),
                 );
@@ -148,6 +151,16 @@ impl Decoder<'_> {
         }
         path.truncate(end_above);
         Ok(all)
+    }
+
+    /// The results of both, side by side if the file is large.
+    fn join<A: Send, B: Send>(
+        &self,
+        a: impl FnOnce() -> A + Send,
+        b: impl FnOnce() -> B + Send,
+    ) -> (A, B) {
+        let n: u64 = self.sizes.iter().map(|size| size.triangles).sum();
+        if n < MIN_PARALLEL { (a(), b()) } else { rayon::join(a, b) }
     }
 
     /// Unpacks a chunk.
@@ -177,7 +190,7 @@ impl Decoder<'_> {
             let positions = PositionReader::unpack(&content, &ranks).map_err(in_section("POSN"))?;
             Ok((ranks, positions))
         };
-        let (triangles, rest) = rayon::join(triangles, rest);
+        let (triangles, rest) = self.join(triangles, rest);
         let (ranks, positions) = rest?;
         Ok(Unpacked { ranks, triangles: triangles?, positions, max_unused })
     }
