@@ -42,7 +42,7 @@ impl March<'_, '_> {
     ) -> Result<BTreeSet<Vertex>> {
         if state.region.is_all_exact() {
             let blocks = state.region.blocks().clone();
-            debug_assert!(
+            assert!(
                 self.calendar
                     .blocks(self.grid, Passage::between(self.exact(), state.at, state.at))
                     .is_subset(&blocks),
