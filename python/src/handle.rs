@@ -1,7 +1,7 @@
 //! A spectrum in memory, or a file or a folder of which parts are read on demand.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use isospectrum::file::{self, FileQuery, FolderQuery, SpectrumFile, SpectrumFolder};
 use isospectrum::{Mesh, Query, Result, Spectrum};
@@ -9,7 +9,7 @@ use isospectrum::{Mesh, Query, Result, Spectrum};
 /// A spectrum in memory, a file, or a folder of parts. The index for queries is built on first use.
 pub(crate) enum Handle {
     Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Query<Arc<Spectrum>>>> },
-    File { file: Arc<SpectrumFile>, query: Box<Mutex<FileQuery>>, all: OnceLock<Arc<Spectrum>> },
+    File { file: Arc<SpectrumFile>, query: Box<Mutex<FileQuery>> },
     Folder { folder: Box<SpectrumFolder>, query: Box<Mutex<FolderQuery>> },
 }
 
@@ -35,7 +35,7 @@ impl Handle {
         }
         let file = Arc::new(SpectrumFile::open(path)?);
         let query = Box::new(Mutex::new(FileQuery::new(file.clone())));
-        Ok(Handle::File { file, query, all: OnceLock::new() })
+        Ok(Handle::File { file, query })
     }
 
     /// The spectrum; of a file or a folder without trajectories and triangles.
@@ -66,14 +66,10 @@ impl Handle {
         match self {
             Handle::Whole { spectrum, query } => {
                 let query = query.get_or_init(|| Mutex::new(Query::new(spectrum.clone())));
-                query.lock().unwrap_or_else(PoisonError::into_inner).mesh_at(isovalue)
+                locked(query).mesh_at(isovalue)
             }
-            Handle::File { query, .. } => {
-                query.lock().unwrap_or_else(PoisonError::into_inner).mesh_at(isovalue)
-            }
-            Handle::Folder { query, .. } => {
-                query.lock().unwrap_or_else(PoisonError::into_inner).mesh_at(isovalue)
-            }
+            Handle::File { query, .. } => locked(query).mesh_at(isovalue),
+            Handle::Folder { query, .. } => locked(query).mesh_at(isovalue),
         }
     }
 
@@ -81,24 +77,22 @@ impl Handle {
     pub(crate) fn around(&self, isovalues: &[f64]) -> Result<Arc<Spectrum>> {
         match self {
             Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
-            Handle::File { file, all, .. } => match all.get() {
-                Some(all) => Ok(all.clone()),
-                None => file.read_around(isovalues).map(Arc::new),
-            },
+            Handle::File { query, .. } => locked(query).around(isovalues),
             Handle::Folder { folder, .. } => folder.read_around(isovalues).map(Arc::new),
         }
     }
 
     /// The whole spectrum.
     pub(crate) fn all(&self) -> Result<Arc<Spectrum>> {
-        let Handle::File { file, all, .. } = self else {
-            let (low, high) = self.summary().range();
-            return self.around(&[low, high]);
-        };
-        if let Some(all) = all.get() {
-            return Ok(all.clone());
+        if let Handle::File { query, .. } = self {
+            return locked(query).whole();
         }
-        let read = Arc::new(file.read()?);
-        Ok(all.get_or_init(|| read).clone())
+        let (low, high) = self.summary().range();
+        self.around(&[low, high])
     }
+}
+
+/// What a mutex holds. A panic while it was locked leaves it usable.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

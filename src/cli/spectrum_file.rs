@@ -46,7 +46,8 @@ impl Format {
 
 /// A spectrum that is read as far as needed: only the requested chunks of a file or parts of a folder, a file in the layout of the thesis as a whole.
 pub(super) enum Opened {
-    Whole(Box<Spectrum>),
+    /// With the bytes of the file.
+    Whole(Box<Spectrum>, u64),
     File(Box<SpectrumFile>),
     Folder(Box<SpectrumFolder>),
 }
@@ -59,7 +60,9 @@ impl Opened {
         }
         kind::check(path, Kind::Spectrum)?;
         if is_named_thesis(path) && !has_magic(path)? {
-            return Ok(Opened::Whole(Box::new(read(path)?.0)));
+            let bytes = input::read(path)?;
+            let spectrum = thesis::from_bytes(&bytes).map_err(|e| e.of_file(path))?;
+            return Ok(Opened::Whole(Box::new(spectrum), bytes.len() as u64));
         }
         Ok(Opened::File(Box::new(SpectrumFile::open(path)?)))
     }
@@ -67,16 +70,25 @@ impl Opened {
     /// Returns the spectrum with its range, events and parameters; without triangles if it is a file or a folder.
     pub(super) fn header(&self) -> &Spectrum {
         match self {
-            Opened::Whole(spectrum) => spectrum,
+            Opened::Whole(spectrum, _) => spectrum,
             Opened::File(file) => file.description(),
             Opened::Folder(folder) => folder.whole(),
+        }
+    }
+
+    /// Returns the size of the file, or of all files of a folder, in bytes.
+    fn n_bytes(&self) -> u64 {
+        match self {
+            Opened::Whole(_, n_bytes) => *n_bytes,
+            Opened::File(file) => file.n_bytes(),
+            Opened::Folder(folder) => folder.n_bytes(),
         }
     }
 
     /// Returns the whole spectrum; reads all chunks of a file and all parts of a folder.
     pub(super) fn whole(self) -> Result<Spectrum> {
         match self {
-            Opened::Whole(spectrum) => Ok(*spectrum),
+            Opened::Whole(spectrum, _) => Ok(*spectrum),
             Opened::File(file) => {
                 check_triangles(file.path(), file.size().triangles, READ_BYTES)?;
                 file.read()
@@ -88,7 +100,7 @@ impl Opened {
     /// Returns the spectrum with all triangles that are alive at the isovalues or between them.
     pub(super) fn around(self, isovalues: &[f64]) -> Result<Spectrum> {
         let folder = match self {
-            Opened::Whole(spectrum) => return Ok(*spectrum),
+            Opened::Whole(spectrum, _) => return Ok(*spectrum),
             Opened::File(file) => {
                 let (n_triangles, n_bytes) = file.needed_around(isovalues);
                 check_triangles(file.path(), n_triangles, READ_BYTES)?;
@@ -120,17 +132,9 @@ fn has_magic(path: &Path) -> Result<bool> {
 
 /// Reads a spectrum of either format, or all parts of a folder. Returns its size in bytes as well.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
-    if file::is_folder(path) {
-        let folder = SpectrumFolder::open(path)?;
-        return Ok((folder.read()?, folder.n_bytes()));
-    }
-    kind::check(path, Kind::Spectrum)?;
-    check_memory(path, READ_BYTES)?;
-    let bytes = input::read(path)?;
-    let is_thesis = is_named_thesis(path) && !bytes.starts_with(&MAGIC);
-    let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
-    let spectrum = spectrum.map_err(|e| e.of_file(path))?;
-    Ok((spectrum, bytes.len() as u64))
+    let opened = Opened::open(path)?;
+    let n_bytes = opened.n_bytes();
+    Ok((opened.whole()?, n_bytes))
 }
 
 /// Refuses a file whose triangles, at `bytes_per_triangle`, exceed a limit of memory beyond which allocations fail.

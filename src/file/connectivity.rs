@@ -194,7 +194,7 @@ impl Writer<'_> {
         let Input { triangles, chunk, .. } = self.input;
         self.living.add_known_at(pivot);
         self.births(0, triangles);
-        let mut down = Some(self.living.downwards());
+        let mut down = self.living.downwards();
         for direction in [UPWARDS, DOWNWARDS] {
             let ends = self.ends(direction);
             let mut explicit = ByRank::new(&chunk.span);
@@ -202,7 +202,7 @@ impl Writer<'_> {
                 explicit.push(end_of(&triangles[i as usize], direction), number);
             }
             if direction == DOWNWARDS {
-                down.take().into_iter().for_each(|down| self.living = down);
+                std::mem::swap(&mut self.living, &mut down);
             }
             for rank in chunk.ranks_from(pivot, direction) {
                 self.deaths(rank, direction, &ends, &explicit);

@@ -138,7 +138,7 @@ impl FileTables {
             return Err(trailing_bytes(rest.len() as u64));
         }
         let places = places(&sizes, position)?;
-        check_sizes(&info.size, &sizes)?;
+        check_size(&info.size, &size_of(&sizes, &info.size))?;
         let (size, about) = (info.size, info.into_about(events));
         Ok(FileTables { about, size, isovalues, collapses, tree, sizes, places })
     }
@@ -179,17 +179,20 @@ fn places(sizes: &[ChunkSize], end: u64) -> Result<Vec<Range<u64>>> {
     Err(Error::input(format!("section INDX: {} bytes are in no chunk", end - at)))
 }
 
-/// Checks that the declared size of the whole is the sum of the chunks.
-fn check_sizes(declared: &Size, sizes: &[ChunkSize]) -> Result<()> {
+/// A size with the sums of what the chunks contain; what the index does not say is as declared.
+fn size_of(sizes: &[ChunkSize], declared: &Size) -> Size {
     let sum = |of: fn(&ChunkSize) -> u64| sizes.iter().map(of).fold(0, u64::saturating_add);
-    for (what, declared, found) in [
-        ("trajectories", declared.trajectories, sum(|size| size.vertices)),
-        ("knots", declared.knots, sum(|size| size.knots)),
-        ("triangles", declared.triangles, sum(|size| size.triangles)),
-    ] {
-        if declared != found {
-            return Err(Error::input(format!("section INFO: {declared} {what}, found {found}")));
+    let [trajectories, knots] = [sum(|size| size.vertices), sum(|size| size.knots)];
+    Size { trajectories, knots, triangles: sum(|size| size.triangles), ..*declared }
+}
+
+/// Checks that the declared size is that of the content.
+pub(super) fn check_size(declared: &Size, found: &Size) -> Result<()> {
+    let mut pairs = declared.named().into_iter().zip(found.named());
+    match pairs.find(|(declared, found)| declared != found) {
+        None => Ok(()),
+        Some(((what, declared), (_, found))) => {
+            Err(Error::input(format!("section INFO: {declared} {what}, found {found}")))
         }
     }
-    Ok(())
 }

@@ -11,26 +11,24 @@ use crate::spectrum::{Mesh, Query, Spectrum};
 /// are then worth their time.
 const MAX_READ: u64 = 1;
 
-/// Answers queries on a spectrum file. Chunks are read when they are first needed; those of the last isovalue stay in memory.
+/// Answers queries on a spectrum file. Chunks are read when they are first needed; those of the last isovalue stay in memory, and the whole
+/// once it was read.
 #[derive(Debug)]
 pub struct FileQuery {
     file: Arc<SpectrumFile>,
-    /// The ranks whose chunks are in memory.
+    /// The ranks at which the query has meshes.
     ranks: Range<u32>,
     query: Query<Arc<Spectrum>>,
-    /// Triangles read so far.
+    /// Triangles read for meshes so far.
     n_read: u64,
+    whole: Option<Arc<Spectrum>>,
 }
 
 impl FileQuery {
     /// Without any chunk yet.
-    ///
-    /// # Errors
-    ///
-    /// [`crate::Error::Input`] if the description of the whole is invalid.
     pub fn new(file: Arc<SpectrumFile>) -> FileQuery {
         let none = Arc::new(file.description().clone());
-        FileQuery { file, ranks: 0..0, query: Query::for_some(none, 1), n_read: 0 }
+        FileQuery { file, ranks: 0..0, query: Query::for_some(none, 1), n_read: 0, whole: None }
     }
 
     /// The mesh at `isovalue`, as [`Query::mesh_at`] of the whole spectrum returns it.
@@ -40,17 +38,43 @@ impl FileQuery {
     /// [`crate::Error::Range`] outside the range of the spectrum; [`crate::Error::Input`] if a chunk is damaged.
     pub fn mesh_at(&mut self, isovalue: f64) -> Result<Mesh> {
         self.file.description().check_isovalue(isovalue)?;
-        if !self.file.is_at(isovalue, &self.ranks) {
+        if !self.ranks.contains(&self.file.rank_of(isovalue)) {
             self.read(isovalue)?;
         }
         self.query.mesh_at(isovalue)
     }
 
+    /// A spectrum with all triangles that are alive at some isovalues, or between them, as [`SpectrumFile::read_around`]; or the whole, if it
+    /// is in memory.
+    ///
+    /// # Errors
+    ///
+    /// As [`SpectrumFile::read_around`].
+    pub fn around(&self, isovalues: &[f64]) -> Result<Arc<Spectrum>> {
+        match &self.whole {
+            Some(whole) => Ok(whole.clone()),
+            None => self.file.read_around(isovalues).map(Arc::new),
+        }
+    }
+
+    /// The whole spectrum, which is read once.
+    ///
+    /// # Errors
+    ///
+    /// As [`SpectrumFile::read`].
+    pub fn whole(&mut self) -> Result<Arc<Spectrum>> {
+        if let Some(whole) = &self.whole {
+            return Ok(whole.clone());
+        }
+        let whole = Arc::new(self.file.read()?);
+        Ok(self.whole.insert(whole).clone())
+    }
+
     fn read(&mut self, isovalue: f64) -> Result<()> {
         let (n, _) = self.file.needed_around(&[isovalue]);
         self.n_read += n;
-        if self.n_read > MAX_READ * self.file.size().triangles {
-            self.query = Query::new(Arc::new(self.file.read()?));
+        if self.whole.is_some() || self.n_read > MAX_READ * self.file.size().triangles {
+            self.query = Query::new(self.whole()?);
             self.ranks = 0..u32::MAX;
         } else {
             let part = self.file.read_around(&[isovalue])?;

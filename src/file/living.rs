@@ -101,8 +101,8 @@ impl<'a> Living<'a> {
         let born = births.at(rank).map(|i| known[i as usize].vertices);
         let (dying, born): (Vec<u32>, Vec<[u32; 3]>) = (dying.collect(), born.collect());
         let known = KnownDeaths { ended, dying: &dying, born: &born };
-        let explicit = explicit.map(|i| own.get(i as usize).copied().unwrap_or(i));
-        let owner_of = |t: u32| owners.get(t as usize).copied().unwrap_or(t);
+        let explicit = explicit.map(|i| number_in(own, i));
+        let owner_of = |t: u32| number_in(owners, t);
         let dies = |holes: &Holes, candidate: Candidate| {
             let owner = owner_of(candidate.triangle);
             // All known triangles that die at the rank are dead.
@@ -150,7 +150,7 @@ impl<'a> Living<'a> {
 
     /// The vertices of triangle `i` of the chunk.
     pub(super) fn vertices(&self, i: u32) -> [u32; 3] {
-        self.holes.vertices(self.own.get(i as usize).copied().unwrap_or(i))
+        self.holes.vertices(number_in(&self.own, i))
     }
 
     /// The vertices of all triangles of the chunk.
@@ -160,4 +160,9 @@ impl<'a> Living<'a> {
         }
         self.own.iter().map(|&t| self.holes.vertices(t)).collect()
     }
+}
+
+/// The number that a list has for `i`; `i` itself if the list is empty.
+fn number_in(list: &[u32], i: u32) -> u32 {
+    list.get(i as usize).copied().unwrap_or(i)
 }

@@ -5,7 +5,7 @@ use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use super::column::Content;
-use super::container::{FileTables, TableContents, assembled};
+use super::container::{FileTables, TableContents, assembled, check_size};
 use super::decode::Decoder;
 use super::encode::{Encoded, encode};
 use super::header::write_info;
@@ -148,17 +148,6 @@ fn patch(tables: &FileTables, source: &dyn Source, ranks: RangeInclusive<u32>) -
     decoder.patch(ranks)
 }
 
-/// Checks that the declared size is that of the content.
-fn check_size(declared: &Size, found: &Size) -> Result<()> {
-    let mut pairs = declared.named().into_iter().zip(found.named());
-    match pairs.find(|(declared, found)| declared != found) {
-        None => Ok(()),
-        Some(((what, declared), (_, found))) => {
-            Err(Error::input(format!("section INFO: {declared} {what}, found {found}")))
-        }
-    }
-}
-
 /// An open spectrum file, of which only what is needed is read: a mesh needs some of the chunks.
 ///
 /// ```no_run
@@ -255,21 +244,21 @@ impl SpectrumFile {
         })
     }
 
-    /// The ranks from the least to the largest at which [`SpectrumFile::read_around`] reads the same chunks as for an isovalue.
+    /// The ranks at which [`SpectrumFile::read_around`] reads the same chunks as for an isovalue.
     pub(super) fn ranks_around(&self, isovalue: f64) -> Range<u32> {
-        self.tables.tree.span_at(*self.ranks_of(&[isovalue]).start())
-    }
-
-    /// Whether the rank of an isovalue is in a range.
-    pub(super) fn is_at(&self, isovalue: f64, ranks: &Range<u32>) -> bool {
-        ranks.contains(self.ranks_of(&[isovalue]).start())
+        self.tables.tree.span_at(self.rank_of(isovalue))
     }
 
     /// The ranks of isovalues and those between them.
     fn ranks_of(&self, isovalues: &[f64]) -> RangeInclusive<u32> {
-        let below = |c: f64| self.tables.isovalues.partition_point(|&x| x <= c);
-        let ranks = isovalues.iter().map(|&c| below(c).saturating_sub(1) as u32);
+        let ranks = isovalues.iter().map(|&c| self.rank_of(c));
         ranks.clone().min().unwrap_or(0)..=ranks.max().unwrap_or(0)
+    }
+
+    /// The largest rank whose isovalue is at most `isovalue`; the first one below all.
+    pub(super) fn rank_of(&self, isovalue: f64) -> u32 {
+        let n = self.tables.isovalues.partition_point(|&c| c <= isovalue);
+        n.saturating_sub(1) as u32
     }
 }
 

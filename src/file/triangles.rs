@@ -232,7 +232,7 @@ impl Reader<'_> {
         self.living.add_known_at(pivot);
         let n = self.births()?;
         self.lives.resize(n as usize, Life { ends: [NO_END; 2], cap: false });
-        let mut down = Some(self.living.downwards());
+        let mut down = self.living.downwards();
         for (direction, ends) in ends.iter_mut().enumerate() {
             let end_ranks = self.vertices_by_end(direction);
             let mut explicit = ByRank::new(&chunk.span);
@@ -248,7 +248,7 @@ impl Reader<'_> {
                 life.cap |= cap;
             }
             if direction == DOWNWARDS {
-                down.take().into_iter().for_each(|down| self.living = down);
+                std::mem::swap(&mut self.living, &mut down);
             }
             for rank in chunk.ranks_from(pivot, direction) {
                 self.deaths(rank, direction, &end_ranks, &explicit)?;
