@@ -2,12 +2,13 @@
 //! the total number, nor on the number of files.
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use isospectrum::bricks::{
-    BrickLimits, Parts, Plan, Survey, VolumeSource, compute_parts, merge, merge_to_folder,
+    BrickLimits, Parts, Plan, Survey, VolumeSource, compute_parts, merge, merge_to_path,
 };
-use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
+use isospectrum::file::{FileQuery, SpectrumFile, from_bytes, to_bytes};
 use isospectrum::spectrum::{Mesh, Query, Spectrum};
 use isospectrum::volume::{Preparation, phantom};
 use isospectrum::{Backend, Choice};
@@ -68,12 +69,10 @@ fn mesh_at(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A phantom of 128^3 cells in 8^3 bricks: its spectrum from one file, and a folder of its parts.
-fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, SpectrumFolder)> {
-    let (made, split) = (folder.join("parts"), folder.join("s.ispt"));
-    for path in [&made, &split] {
-        std::fs::create_dir(path).expect("a folder");
-    }
+/// A phantom of 128^3 cells in 8^3 bricks: its spectrum as one tree, and the file of its bricks.
+fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, Arc<SpectrumFile>)> {
+    let (made, path) = (folder.join("parts"), folder.join("bricks.isp"));
+    std::fs::create_dir(&made).expect("a folder");
     let volume = phantom("hydrogen:129")?;
     let source =
         VolumeSource::Phantom { name: "hydrogen:129".to_owned(), outside: volume.outside() };
@@ -84,24 +83,24 @@ fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, Spectrum
     let parameters = Parameters::default().with_range(range);
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, 16)?;
     let (parts, volume) = (Parts::new(&plan, &made), survey.volume());
-    let limits = BrickLimits { memory: f64::INFINITY, one_file: true, triangles: None };
+    let limits = BrickLimits { memory: f64::INFINITY, in_memory: true, triangles: None };
     compute_parts(&parts, volume, &Backend::choose(Choice::Cpu, None)?, limits, &Silent)?;
     let file = from_bytes(&to_bytes(&merge(&parts, volume, &Silent)?)?)?;
-    merge_to_folder(&parts, volume, &split, None, &Silent)?;
-    Ok((file, SpectrumFolder::open(&split)?))
+    merge_to_path(&parts, volume, &path, None, &Silent)?;
+    Ok((file, Arc::new(SpectrumFile::open(&path)?)))
 }
 
 /// Moves of a thousandth of the range, back and forth around its middle.
-fn folder(criterion: &mut Criterion) {
+fn bricks(criterion: &mut Criterion) {
     let work = tempfile::tempdir().expect("a folder");
-    let (file, split) = in_parts(work.path()).expect("a spectrum");
+    let (file, bricks) = in_parts(work.path()).expect("a spectrum");
     let (low, high) = file.range();
     let (middle, step) = (0.5 * (low + high), 0.001 * (high - low));
     let mut mesh = Mesh::default();
-    let mut group = criterion.benchmark_group("folder");
+    let mut group = criterion.benchmark_group("bricks");
     let mut query = Query::new(&file);
     query.mesh_at_into(middle, &mut mesh).expect("inside the range");
-    let n_parts = split.index().parts.len();
+    let n_parts = bricks.n_trees();
     println!("{} triangles of {}, {n_parts} parts", mesh.triangles.len(), file.triangles().len());
     let mut up = false;
     group.bench_function("small_move/one_file", |b| {
@@ -110,24 +109,25 @@ fn folder(criterion: &mut Criterion) {
             query.mesh_at_into(middle + if up { step } else { 0.0 }, &mut mesh)
         });
     });
-    let mut query = FolderQuery::new(split.clone()).expect("a folder");
+    let mut query = FileQuery::new(bricks.clone());
     query.mesh_at_into(middle, &mut mesh).expect("inside the range");
-    println!("{} triangles, {} parts read", mesh.triangles.len(), query.n_read());
+    let n_read = bricks.needed_around(&[middle]).0;
+    println!("{} triangles of {n_read} that are read", mesh.triangles.len());
     group.bench_function("small_move/parts", |b| {
         b.iter(|| {
             up = !up;
             query.mesh_at_into(middle + if up { step } else { 0.0 }, &mut mesh)
         });
     });
-    // Cold: opens the folder, reads the parts with triangles there, makes the mesh.
+    // Cold: reads the chunks with triangles there, makes the mesh.
     group.sample_size(10);
     group.bench_function("first/parts", |b| {
-        b.iter(|| split.read_between((middle, middle)).and_then(|s| s.mesh_at(middle)));
+        b.iter(|| bricks.read_around(&[middle]).and_then(|s| s.mesh_at(middle)));
     });
     // Through the whole range, including all reading.
     group.bench_function("walk_of_1000/parts", |b| {
         b.iter(|| {
-            let mut query = FolderQuery::new(split.clone()).expect("a folder");
+            let mut query = FileQuery::new(bricks.clone());
             let at = |i: u32| low + f64::from(i) / 1000.0 * (high - low);
             (0..=1000).try_for_each(|i| query.mesh_at_into(at(i), &mut mesh))
         });
@@ -145,5 +145,5 @@ fn folder(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, mesh_at, folder);
+criterion_group!(benches, mesh_at, bricks);
 criterion_main!(benches);

@@ -1,8 +1,8 @@
-//! The spectrum file, `.isp`, the folder of parts, and the layout of the thesis. The reader and the writer of each part are in one file.
+//! The spectrum file, `.isp`, and the layout of the thesis. The reader and the writer of each part are in one file.
 //!
 //! FORMAT.md describes the file byte by byte. It is small because numbers are stored as
 //! differences from predictions (`predict`) and entropy coded (`coder`). A mesh needs only some of its chunks, which form a tree (`tree`);
-//! `encode` and `decode` go through this. It is safe to read from untrusted
+//! `encode` and `decode` go through this. A spectrum that was computed in bricks has a tree for each (`index`, `writer`, `read_patch`). It is safe to read from untrusted
 //! sources: sections have lengths and checksums (`section`), the positions of chunks follow from their lengths (`container`), and the result passes
 //! [`Spectrum::check`](crate::Spectrum::check).
 
@@ -15,19 +15,19 @@ mod decode;
 mod encode;
 mod facing;
 mod file_query;
-mod folder;
-mod folder_index;
-mod folder_query;
-mod folder_spectrum;
 mod geometry;
 mod header;
 mod holes;
+mod index;
 mod living;
+mod partial_spectrum;
 mod parts;
 mod path;
 mod predict;
 mod rank_intervals;
+mod read_patch;
 mod samples;
+mod seam;
 mod section;
 mod source;
 mod spectrum_file;
@@ -38,22 +38,19 @@ mod trajectories;
 mod tree;
 mod triangles;
 mod units;
+mod writer;
 
 pub use crate::atomic_file::{
     block_writes, final_path, parent_folder, write_atomically, write_synced,
 };
 pub use crate::atomic_folder::TemporaryFolder;
 pub use file_query::FileQuery;
-pub(crate) use folder::sub_patch;
-pub use folder::{SpectrumFolder, is_folder, own_files};
-pub(crate) use folder_index::{ChunkName, PART, chunk_name, key_in_part, seam_bytes, seam_name};
-pub use folder_index::{INDEX, Index, IndexedChunk, IndexedPart, WHOLE};
-pub use folder_query::FolderQuery;
-pub use folder_spectrum::FolderSpectrum;
 pub use header::{MAGIC, VERSION};
 pub(crate) use parts::Parts;
+pub use partial_spectrum::PartialSpectrum;
 pub use spectrum_file::{
     SpectrumFile, Written, from_bytes, in_file_order, into_bytes, read, to_bytes, write,
 };
 pub use summary::Summary;
 pub(crate) use units::Units;
+pub(crate) use writer::{PackedTree, Shared, TreeWriter};

@@ -42,7 +42,7 @@ pub use components::{Component, Components, Keep};
 pub(crate) use cuts::cuts;
 pub use data::Spectrum;
 pub use elements::{Collapse, Knot, Patch, Triangle};
-pub(crate) use joiner::{Joiner, Seam, VertexMismatch};
+pub(crate) use joiner::{Joiner, VertexMismatch};
 pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
 pub use mesh::Mesh;

@@ -8,7 +8,7 @@
 //! Work that takes longer than a frame (reading, computing, the curves over the isovalue) runs in threads that end with their
 //! scene.
 //!
-//! Of a folder of parts only the chunks are read that the shown isovalues need (`folder_parts`); meanwhile the last picture
+//! Of a large file only the chunks are read that the shown isovalues need (`file_chunks`); meanwhile the last picture
 //! stays. The curves need all chunks, so they are computed on request.
 
 mod actions;
@@ -16,7 +16,7 @@ mod camera_control;
 mod cube;
 mod curves;
 mod file_dialog;
-mod folder_parts;
+mod file_chunks;
 mod history;
 mod isovalue_bar;
 mod loading;

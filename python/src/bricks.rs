@@ -179,7 +179,7 @@ impl Plan {
         detached(py, store).map_err(raised)
     }
 
-    /// Merges the parts in a folder to a file (`.isp`), a folder of parts (`.ispt`), or in memory. `blocks` reads samples, a few of
+    /// Merges the parts in a folder to a file, or in memory. `blocks` reads samples, a few of
     /// which are needed.
     #[pyo3(signature = (folder, blocks, to, progress))]
     fn merge(
@@ -198,13 +198,8 @@ impl Plan {
             let Some(to) = to else {
                 return rounded(bricks::merge(&parts, &volume, watched)?).map(Handle::whole);
             };
-            if to.extension().is_some_and(|e| e == "ispt") {
-                merge_to_path(&parts, &volume, &to, None, None, watched)?;
-                return Handle::folder(&to);
-            }
-            let written = file::into_bytes(bricks::merge(&parts, &volume, watched)?)?;
-            file::write_atomically(&to, |writer| writer.write_all(&written.bytes))?;
-            Ok(Handle::whole(written.spectrum.quantised()))
+            merge_to_path(&parts, &volume, &to, None, watched)?;
+            Handle::open(&to)
         });
         handle.map(Spectrum::of)
     }

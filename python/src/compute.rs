@@ -89,7 +89,7 @@ pub(crate) fn compute(
         let plan = Plan::new(VolumeSource::Given { name }, &survey, noise, &parameters, side)?;
         let work = TemporaryFolder::next_to(&std::env::temp_dir().join("isospectrum"))?;
         let parts = Parts::new(&plan, work.path());
-        let limits = BrickLimits { memory: limit - samples, one_file: true, triangles: None };
+        let limits = BrickLimits { memory: limit - samples, in_memory: true, triangles: None };
         compute_parts(&parts, survey.volume(), &backend, limits, progress)?;
         Ok((rounded(bricks::merge(&parts, survey.volume(), progress)?)?, None))
     };

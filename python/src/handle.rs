@@ -1,16 +1,15 @@
-//! A spectrum in memory, or a file or a folder of which parts are read on demand.
+//! A spectrum in memory, or a file of which chunks are read on demand.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use isospectrum::file::{self, FileQuery, FolderQuery, SpectrumFile, SpectrumFolder};
+use isospectrum::file::{self, FileQuery, SpectrumFile};
 use isospectrum::{Mesh, Query, Result, Spectrum};
 
-/// A spectrum in memory, a file, or a folder of parts. The index for queries is built on first use.
+/// A spectrum in memory, or a file. The index for queries is built on first use.
 pub(crate) enum Handle {
     Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Query<Arc<Spectrum>>>> },
     File { file: Arc<SpectrumFile>, query: Box<Mutex<FileQuery>> },
-    Folder { folder: Box<SpectrumFolder>, query: Box<Mutex<FolderQuery>> },
 }
 
 impl Handle {
@@ -18,18 +17,8 @@ impl Handle {
         Handle::Whole { spectrum: Arc::new(spectrum), query: OnceLock::new() }
     }
 
-    /// Opens a folder of parts without reading any part.
-    pub(crate) fn folder(path: &Path) -> Result<Handle> {
-        let folder = Box::new(SpectrumFolder::open(path)?);
-        let query = Box::new(Mutex::new(FolderQuery::new((*folder).clone())?));
-        Ok(Handle::Folder { folder, query })
-    }
-
-    /// Opens a file of either format, or a folder of parts.
+    /// Opens a file of either format.
     pub(crate) fn open(path: &Path) -> Result<Handle> {
-        if file::is_folder(path) {
-            return Handle::folder(path);
-        }
         if path.extension().is_some_and(|e| e == "thesis") {
             return file::thesis::read(path).map(Handle::whole);
         }
@@ -38,12 +27,11 @@ impl Handle {
         Ok(Handle::File { file, query })
     }
 
-    /// The spectrum; of a file or a folder without trajectories and triangles.
+    /// The spectrum; of a file without trajectories and triangles.
     pub(crate) fn summary(&self) -> &Spectrum {
         match self {
             Handle::Whole { spectrum, .. } => spectrum,
             Handle::File { file, .. } => file.description(),
-            Handle::Folder { folder, .. } => folder.whole(),
         }
     }
 
@@ -57,7 +45,6 @@ impl Handle {
                 let size = file.size();
                 [size.trajectories, size.knots, size.triangles]
             }
-            Handle::Folder { folder, .. } => folder.index().size,
         }
     }
 
@@ -69,7 +56,6 @@ impl Handle {
                 locked(query).mesh_at(isovalue)
             }
             Handle::File { query, .. } => locked(query).mesh_at(isovalue),
-            Handle::Folder { query, .. } => locked(query).mesh_at(isovalue),
         }
     }
 
@@ -78,17 +64,15 @@ impl Handle {
         match self {
             Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
             Handle::File { query, .. } => locked(query).around(isovalues),
-            Handle::Folder { folder, .. } => folder.read_around(isovalues).map(Arc::new),
         }
     }
 
     /// The whole spectrum.
     pub(crate) fn all(&self) -> Result<Arc<Spectrum>> {
-        if let Handle::File { query, .. } = self {
-            return locked(query).whole();
+        match self {
+            Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
+            Handle::File { query, .. } => locked(query).whole(),
         }
-        let (low, high) = self.summary().range();
-        self.around(&[low, high])
     }
 }
 

@@ -33,11 +33,10 @@ def array() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def expected(array, run, tmp_path_factory) -> pathlib.Path:
-    """The spectra that the program computes of the array in bricks: `s.isp` and `s.ispt`."""
+    """The spectrum that the program computes of the array in bricks: `s.isp`."""
     folder = tmp_path_factory.mktemp("program")
     np.save(folder / "a.npy", array)
-    for name in ("s.isp", "s.ispt"):
-        run("compute", folder / "a.npy", "--brick", 12, "--error", 0.3, "--backend", "cpu", "-q", "-o", folder / name)
+    run("compute", folder / "a.npy", "--brick", 12, "--error", 0.3, "--backend", "cpu", "-q", "-o", folder / "s.isp")
     return folder
 
 
@@ -58,21 +57,15 @@ def chunked(array: np.ndarray) -> dask.array.Array:
     return dask.array.from_array(array, chunks=(9, 10, 8))
 
 
-def files(folder: pathlib.Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
-
-
 def test_a_cluster_writes_the_same_bytes_as_the_program(array, expected, client, tmp_path):
     s = isospectrum.compute(chunked(array), client=client, to=tmp_path / "s.isp", **OPTIONS)
     assert (tmp_path / "s.isp").read_bytes() == (expected / "s.isp").read_bytes()
-    assert s._native.to_bytes() == (expected / "s.isp").read_bytes()
     assert s.parameters["bricks"]["n"] == 8
-    split = isospectrum.compute(chunked(array), client=client, to=tmp_path / "s.ispt", **OPTIONS)
-    assert files(tmp_path / "s.ispt") == files(expected / "s.ispt")
-    assert sorted(os.listdir(tmp_path)) == ["s.isp", "s.ispt"]
-    assert split.n_triangles == s.n_triangles
+    assert os.listdir(tmp_path) == ["s.isp"]
+    in_memory = isospectrum.compute(chunked(array), client=client, **OPTIONS)
+    assert in_memory.n_triangles == s.n_triangles
     for c in (0.3, "60%"):
-        assert sorted(map(tuple, split.mesh(c).vertices)) == sorted(map(tuple, s.mesh(c).vertices))
+        assert sorted(map(tuple, in_memory.mesh(c).vertices)) == sorted(map(tuple, s.mesh(c).vertices))
     # Without a cluster, one brick after the other.
     isospectrum.compute(chunked(array), to=tmp_path / "here.isp", **OPTIONS)
     assert (tmp_path / "here.isp").read_bytes() == (expected / "s.isp").read_bytes()
@@ -158,7 +151,7 @@ def test_values_that_are_not_finite_are_reported_or_replaced(array, client):
 @pytest.mark.parametrize("options, message", [
     ({"persistence": 0.1}, "persistence needs the whole volume in memory"),
     ({"max_memory": "1GB"}, "max_memory needs the whole volume"),
-    ({"to": "s.stl"}, "expected a name that ends in .isp or .ispt"),
+    ({"to": "s.stl"}, "expected a name that ends in .isp"),
     ({"brick": 2}, "bricks of 2 cells, expected 4 or more"),
     ({"range": (0.5, 0.2)}, "expected the lower isovalue first"),
     ({"spacing": 0}, "expected positive numbers"),
@@ -280,7 +273,7 @@ def test_only_bytes_of_the_part_are_stored(array, tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of files are those of POSIX")
-@pytest.mark.parametrize("where", ["parts", "s.isp", "s.ispt"])
+@pytest.mark.parametrize("where", ["parts", "s.isp"])
 def test_a_full_disk_is_an_error_of_one_line_and_leaves_no_partial_file(array, expected, tmp_path, where):
     """A limit on the size of files of this process; workers write no files."""
     code = f"""

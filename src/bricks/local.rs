@@ -25,8 +25,8 @@ use crate::volume::Volume;
 /// Memory for joining the borders, bytes per critical point of all parts (measured: 305 for `bonsai`).
 const JOIN_BYTES_PER_POINT: f64 = 350.0;
 
-/// Memory for merging to one file, bytes per triangle of all parts (measured: 112 for `bonsai`).
-const FILE_BYTES_PER_TRIANGLE: f64 = 130.0;
+/// Memory for merging in memory, bytes per triangle of all parts (measured: 112 for `bonsai`).
+const MERGE_BYTES_PER_TRIANGLE: f64 = 130.0;
 
 /// Interval at which a thread that waits for memory checks for cancellation.
 const CANCELLATION_POLL: std::time::Duration = std::time::Duration::from_millis(100);
@@ -37,8 +37,8 @@ pub struct BrickLimits {
     /// Memory for the parts in progress, and later for merging them, bytes. The computation fails as soon as the merge is known
     /// to exceed it.
     pub memory: f64,
-    /// True if the parts are merged to one file; false if to a folder.
-    pub one_file: bool,
+    /// True if the parts are merged in memory; false if to a file, part by part.
+    pub in_memory: bool,
     /// Most triangles of all parts together.
     pub triangles: Option<f64>,
 }
@@ -265,10 +265,10 @@ impl Queue<'_> {
             let what = format!("{points} critical points");
             return Err(too_much(what, join, "noise removal (--persistence), or more memory"));
         }
-        let file = FILE_BYTES_PER_TRIANGLE * triangles;
-        if self.limits.one_file && file > self.limits.memory {
+        let merged = MERGE_BYTES_PER_TRIANGLE * triangles;
+        if self.limits.in_memory && merged > self.limits.memory {
             let what = format!("{triangles} triangles");
-            return Err(too_much(what, file, "-o NAME.ispt, a folder, or more memory"));
+            return Err(too_much(what, merged, "a file to write to, or more memory"));
         }
         Ok(())
     }

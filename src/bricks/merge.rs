@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::source::OpenVolume;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
-use crate::spectrum::{About, Event, Joiner, Metadata, Spectrum, VertexMismatch};
+use crate::spectrum::{About, Event, Joiner, Metadata, Patch, Spectrum, VertexMismatch};
 use crate::sweep::{Counts, insert_area_shares, metadata};
 use crate::topology::blocks::join_blocks;
 
@@ -39,7 +39,7 @@ pub fn merge(parts: &Parts, volume: &OpenVolume, progress: &dyn Progress) -> Res
         let part = parts.part(number)?;
         joiner.append(&part.patch, &part.shared())?.map_err(|at| seam_mismatch(number, at))?;
     }
-    let mut spectrum = Spectrum::from_patch(whole.into_parts().0, joiner.finish().0)?;
+    let mut spectrum = Spectrum::from_patch(whole.into_parts().0, joiner.finish())?;
     if let OpenVolume::Whole(prepared) = volume {
         prepared.cap(&mut spectrum);
     }
@@ -79,7 +79,7 @@ pub(super) fn join_borders(
         events,
         ..About::new(recipe.volume.clone(), range, tolerance)
     };
-    let mut whole = Spectrum::from_patch(about, Joiner::default().finish().0)?;
+    let mut whole = Spectrum::from_patch(about, Patch::empty())?;
     insert_area_shares(&mut whole, &areas);
     for (key, value) in &recipe.metadata {
         whole.about_mut().parameters.insert(key, value.clone());

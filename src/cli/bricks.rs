@@ -27,7 +27,7 @@ pub(super) struct InBricks {
 impl InBricks {
     /// Computes and writes the spectrum.
     pub(super) fn compute(self, target: Target, backend: &Backend, quiet: bool) -> Result<Made> {
-        let limits = self.limits(target.is_folder())?;
+        let limits = self.limits()?;
         let shown = target.name();
         let work = target.work_folder()?;
         self.announce();
@@ -37,14 +37,14 @@ impl InBricks {
         compute_parts(&parts, volume, backend, limits, &bar)
             .map_err(|error| work.hide_in(error, &shown))?;
         let memory = self.limit.map(|_| limits.memory);
-        target.merge(&parts, volume, Some(work), memory, &bar)
+        target.merge(&parts, volume, memory, &bar).map_err(|error| work.hide_in(error, &shown))
     }
 
     /// Returns the limits of the bricks: the memory without the program and samples that stay in memory.
-    fn limits(&self, is_folder: bool) -> Result<BrickLimits> {
-        let (one_file, triangles) = (!is_folder, self.triangles);
+    fn limits(&self) -> Result<BrickLimits> {
+        let (in_memory, triangles) = (false, self.triangles);
         let Some(limit) = self.limit else {
-            return Ok(BrickLimits { memory: f64::INFINITY, one_file, triangles });
+            return Ok(BrickLimits { memory: f64::INFINITY, in_memory, triangles });
         };
         let memory = limit.bytes - PROGRAM_MEMORY - self.survey.volume().bytes_in_memory();
         if memory <= 0.0 {
@@ -54,7 +54,7 @@ impl InBricks {
                 .unwrap_or_default();
             return Err(Error::Usage(format!("{name}: {beyond}; too large even in bricks")));
         }
-        Ok(BrickLimits { memory, one_file, triangles })
+        Ok(BrickLimits { memory, in_memory, triangles })
     }
 
     fn announce(&self) {

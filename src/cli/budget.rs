@@ -60,11 +60,6 @@ impl BudgetArguments {
         }
     }
 
-    /// True if the limit of memory is that of the flag.
-    pub(super) fn is_memory_given(&self) -> bool {
-        self.max_memory.is_some()
-    }
-
     /// Returns the limit of triangles, if given.
     pub(super) fn max_triangles(&self) -> Option<f64> {
         self.max_triangles

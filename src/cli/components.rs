@@ -27,7 +27,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Components {
-    /// Spectrum (.isp, or a folder .ispt)
+    /// Spectrum (.isp)
     spectrum: PathBuf,
     /// Isovalue: 120, 50%, p99, 2.5sigma or top:1%
     ///
@@ -39,7 +39,7 @@ pub(super) struct Components {
     keep: KeepArguments,
     /// Leave out births and deaths
     ///
-    /// They need all isovalues. Without them, only the parts of a folder (.ispt) that contain the isovalue are read.
+    /// They need all isovalues. Without them, only the chunks of the file that the isovalue needs are read.
     #[arg(long, help_heading = heading::OUTPUT)]
     no_lineage: bool,
     /// Number of rows of the table

@@ -19,9 +19,9 @@ use super::parts::PartArguments;
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
-use super::target::{Made, Target, is_folder_name};
+use super::target::{Made, Target};
 use super::volume_arguments::VolumeArguments;
-use super::{heading, report, spectrum_file};
+use super::{heading, report};
 
 use way::{Request, Way, Whole};
 
@@ -37,7 +37,7 @@ Examples:
   Cover bone only, with smaller triangles:
     isospectrum compute scan.nrrd --range 1200:2800 --error 0.05 --max-edge 2 -o bone.isp
   Compute a large volume in bricks within 8 GB, to a folder that is read in parts:
-    isospectrum compute large.nrrd --max-memory 8GB -o large.ispt";
+    isospectrum compute large.nrrd --max-memory 8GB -o large.isp";
 
 /// Compute the spectrum of a volume: every isosurface as one tracked mesh
 #[derive(Args, Debug)]
@@ -54,9 +54,7 @@ pub(super) struct Compute {
     simplify: SimplifyArguments,
     #[command(flatten)]
     parameters: ParameterArguments,
-    /// Spectrum to write: .isp, .ispt, or - for stdout
-    ///
-    /// A file (.isp), or a folder of parts (.ispt), of which other commands read only the parts that they need.
+    /// Spectrum to write (.isp), or - for stdout
     #[arg(short, long, value_name = "FILE", required_unless_present = "plan", help_heading = heading::OUTPUT)]
     output: Option<PathBuf>,
     /// Print the report as JSON
@@ -155,16 +153,12 @@ impl Compute {
         };
         let Whole { prepared, parameters, forecast } = whole;
         let spectrum = prepared.compute(&parameters, &backend, &Bar::new(quiet))?;
-        let Target::File(output) = output else {
-            return Err(Error::internal("a folder of parts is computed in bricks only").into());
-        };
-        let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
+        let mut made = output.write(spectrum)?;
         // With the positions that the file has.
-        let spectrum = spectrum.quantised();
+        made.spectrum = made.spectrum.quantised();
         let measured = (!quiet || self.json)
-            .then(|| Measured::of(&spectrum, prepared.volume(), forecast, quiet));
+            .then(|| Measured::of(&made.spectrum, prepared.volume(), forecast, quiet));
         let measured = measured.transpose()?;
-        let made = Made::File(Box::new(spectrum), n_bytes);
         self.report(&made, Finished { path, started, measured, quiet })
     }
 
@@ -208,7 +202,6 @@ impl Compute {
             parameters: &self.parameters,
             budget: &self.budget,
             brick: self.brick,
-            is_folder: self.output.as_deref().is_some_and(is_folder_name),
             quiet,
         }
     }
@@ -218,11 +211,9 @@ impl Compute {
         // A pipe or a device can have any name.
         let is_file = std::fs::metadata(path).map_or(true, |found| found.is_file());
         let is_isp = path.extension().is_some_and(|extension| extension == "isp");
-        if is_file && !is_isp && !is_folder_name(path) && path != Path::new("-") {
+        if is_file && !is_isp && path != Path::new("-") {
             let shown = path.display();
-            return Err(Error::Usage(format!(
-                "{shown}: expected a name that ends in .isp, or in .ispt for a folder"
-            )));
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .isp")));
         }
         let volume = self.volume.files();
         let mask = self.preparation.files();

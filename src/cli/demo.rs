@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use isospectrum::export::{Border, Format, write_to};
 use isospectrum::render::View;
-use isospectrum::spectrum::Spectrum;
+use isospectrum::spectrum::{Size, Spectrum};
 use isospectrum::volume::phantom;
 use isospectrum::{Error, Noise, Parameters, Preparation, Prepared, Result};
 use serde::Serialize;
@@ -89,7 +89,7 @@ impl Demo {
         files.push(mesh_path);
         files.extend(self.write_pictures(&spectrum, path)?);
 
-        let facts = Facts::of(&spectrum, n_bytes);
+        let facts = Facts::of(&spectrum, &Size::of(&spectrum), n_bytes, 1);
         report::log_lines(&facts.table());
         for file in &files {
             log::info!("wrote {}", file.display());

@@ -44,7 +44,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Html {
-    /// Spectrum (.isp, or a folder .ispt)
+    /// Spectrum (.isp)
     spectrum: PathBuf,
     /// First isovalue: 120, 50%, p99, top:1%, ...
     ///

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Metadata, Size, Spectrum, VolumeInfo};
 use isospectrum::unstable::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
@@ -20,7 +19,7 @@ use super::{
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = "Examples:\n  isospectrum info scan.isp")]
 pub(super) struct Info {
-    /// Spectrum (.isp, or a folder .ispt)
+    /// Spectrum (.isp)
     spectrum: PathBuf,
     /// Print JSON
     #[arg(long, help_heading = heading::OUTPUT)]
@@ -29,14 +28,8 @@ pub(super) struct Info {
 
 impl Info {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        let (folder, file);
-        let facts = if is_folder(&self.spectrum) {
-            folder = SpectrumFolder::open(&self.spectrum)?;
-            Facts::of_folder(&folder)
-        } else {
-            file = spectrum_file::read_summary(&self.spectrum)?;
-            Facts::of_size(&file.spectrum, &file.size, file.bytes)
-        };
+        let file = spectrum_file::read_summary(&self.spectrum)?;
+        let facts = Facts::of(&file.spectrum, &file.size, file.bytes, file.n_trees);
         if self.json {
             report::print_json("info", &facts)?;
         } else {
@@ -55,15 +48,12 @@ pub(super) struct Facts<'a> {
     n_vertices: usize,
     n_triangles: usize,
     n_knots: usize,
-    /// Unknown for a folder of parts, as no part is read.
-    n_isovalues: Option<usize>,
+    n_isovalues: usize,
     n_collapses: usize,
     bytes: u64,
-    /// Unknown for a folder of parts.
-    gpu_memory: Option<Memory>,
-    /// Number of parts of a folder, empty ones included.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    n_parts: Option<usize>,
+    gpu_memory: Memory,
+    /// Number of bricks with triangles; 1 for a volume that was swept as a whole.
+    n_parts: usize,
     /// Steps and repairs of the sweep.
     counts: Option<serde_json::Value>,
     n_events: usize,
@@ -85,13 +75,8 @@ pub(super) struct Facts<'a> {
 }
 
 impl<'a> Facts<'a> {
-    /// Describes a spectrum whose file has `n_bytes`.
-    pub(super) fn of(spectrum: &'a Spectrum, n_bytes: u64) -> Self {
-        Facts::of_size(spectrum, &Size::of(spectrum), n_bytes)
-    }
-
-    /// Describes a spectrum of which only the first sections need be read; `size` counts its triangles.
-    fn of_size(spectrum: &'a Spectrum, size: &Size, n_bytes: u64) -> Self {
+    /// Describes a spectrum of which only the first sections need be read: `size` counts its triangles, which are in `n_parts` trees of chunks.
+    pub(super) fn of(spectrum: &'a Spectrum, size: &Size, n_bytes: u64, n_parts: usize) -> Self {
         let backend = spectrum.parameters().text("/backend");
         // Entries without a type are copied as they are.
         let parameters = serde_json::json!(spectrum.parameters());
@@ -103,11 +88,11 @@ impl<'a> Facts<'a> {
             n_vertices: size.trajectories as usize,
             n_triangles: size.triangles as usize,
             n_knots: size.knots as usize,
-            n_isovalues: Some(size.isovalues as usize),
+            n_isovalues: size.isovalues as usize,
             n_collapses: size.collapses as usize,
             bytes: n_bytes,
-            gpu_memory: Some(Memory::of_size(size)),
-            n_parts: None,
+            gpu_memory: Memory::of_size(size),
+            n_parts,
             counts: parameters.get("counts").cloned(),
             n_events: events.len(),
             n_event_isovalues: n_isovalues(spectrum.events()),
@@ -121,20 +106,6 @@ impl<'a> Facts<'a> {
             parameters: spectrum.parameters(),
             preparation: spectrum.preparation().ok(),
             dust: parameters.get("dust").and_then(|done| Dust::deserialize(done).ok()),
-        }
-    }
-
-    /// Describes a folder of parts without reading any part.
-    pub(super) fn of_folder(folder: &'a SpectrumFolder) -> Self {
-        let [n_vertices, n_knots, n_triangles] = folder.index().size.map(|n| n as usize);
-        Facts {
-            n_vertices,
-            n_knots,
-            n_triangles,
-            n_isovalues: None,
-            gpu_memory: None,
-            n_parts: Some(folder.index().parts.len()),
-            ..Facts::of(folder.whole(), folder.n_bytes())
         }
     }
 
@@ -156,7 +127,7 @@ impl<'a> Facts<'a> {
             ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),
             ("tracked", self.tracked_line()),
             ("events", events_line(self.n_events, self.n_event_isovalues)),
-            ("memory on a GPU", self.gpu_memory.as_ref().map_or("-".to_owned(), memory_line)),
+            ("memory on a GPU", memory_line(&self.gpu_memory)),
             ("size", report::bytes(self.bytes)),
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
@@ -169,8 +140,8 @@ impl<'a> Facts<'a> {
         if let Some(done) = &self.dust {
             rows.insert(rows.len().min(2), ("dust", simplify_arguments::describe_dust(done)));
         }
-        if let Some(n) = self.n_parts {
-            rows.push(("parts", n.to_string()));
+        if self.n_parts > 1 {
+            rows.push(("parts", self.n_parts.to_string()));
         }
         if log::log_enabled!(log::Level::Debug) {
             let counts = self.counts.as_ref().map_or_else(|| "-".to_owned(), report::counts);

@@ -20,9 +20,7 @@ pub(super) struct Merge {
     /// Folder of the parts [default: next to the plan]
     #[arg(long, value_name = "DIR")]
     parts: Option<PathBuf>,
-    /// Spectrum to write: .isp, .ispt, or - for stdout
-    ///
-    /// A file (.isp), or a folder of parts (.ispt), of which other commands read only the parts that they need.
+    /// Spectrum to write (.isp), or - for stdout
     #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
     output: PathBuf,
     /// Print the report of `info` as JSON
@@ -46,7 +44,7 @@ impl Merge {
             .into());
         }
         parts.check_complete().map_err(|e| e.of_file(&self.plan))?;
-        let made = target.merge(&parts, &plan.open()?, None, None, &Bar::new(quiet))?;
+        let made = target.merge(&parts, &plan.open()?, None, &Bar::new(quiet))?;
         let facts = made.facts();
         if self.json {
             report::print_json("merge", &facts)?;

@@ -38,7 +38,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Render {
-    /// Spectrum (.isp, or a folder .ispt)
+    /// Spectrum (.isp)
     spectrum: PathBuf,
     /// Isovalue: 120, 50%, p99, 2.5sigma or top:1%
     ///

@@ -3,7 +3,7 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use isospectrum::file::{self, MAGIC, SpectrumFile, SpectrumFolder, Summary, Written, thesis};
+use isospectrum::file::{self, MAGIC, SpectrumFile, Summary, Written, thesis};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::unstable::input;
 use isospectrum::{Error, Result};
@@ -44,20 +44,16 @@ impl Format {
     }
 }
 
-/// A spectrum that is read as far as needed: only the requested chunks of a file or parts of a folder, a file in the layout of the thesis as a whole.
+/// A spectrum that is read as far as needed: only the requested chunks of a file, a file in the layout of the thesis as a whole.
 pub(super) enum Opened {
     /// With the bytes of the file.
     Whole(Box<Spectrum>, u64),
     File(Box<SpectrumFile>),
-    Folder(Box<SpectrumFolder>),
 }
 
 impl Opened {
-    /// Opens a spectrum file of either format, or a folder of parts.
+    /// Opens a spectrum file of either format.
     pub(super) fn open(path: &Path) -> Result<Opened> {
-        if file::is_folder(path) {
-            return Ok(Opened::Folder(Box::new(SpectrumFolder::open(path)?)));
-        }
         kind::check(path, Kind::Spectrum)?;
         if is_named_thesis(path) && !has_magic(path)? {
             let bytes = input::read(path)?;
@@ -67,25 +63,23 @@ impl Opened {
         Ok(Opened::File(Box::new(SpectrumFile::open(path)?)))
     }
 
-    /// Returns the spectrum with its range, events and parameters; without triangles if it is a file or a folder.
+    /// Returns the spectrum with its range, events and parameters; without triangles if it is a file of chunks.
     pub(super) fn header(&self) -> &Spectrum {
         match self {
             Opened::Whole(spectrum, _) => spectrum,
             Opened::File(file) => file.description(),
-            Opened::Folder(folder) => folder.whole(),
         }
     }
 
-    /// Returns the size of the file, or of all files of a folder, in bytes.
+    /// Returns the size of the file in bytes.
     fn n_bytes(&self) -> u64 {
         match self {
             Opened::Whole(_, n_bytes) => *n_bytes,
             Opened::File(file) => file.n_bytes(),
-            Opened::Folder(folder) => folder.n_bytes(),
         }
     }
 
-    /// Returns the whole spectrum; reads all chunks of a file and all parts of a folder.
+    /// Returns the whole spectrum; reads all chunks of a file.
     pub(super) fn whole(self) -> Result<Spectrum> {
         match self {
             Opened::Whole(spectrum, _) => Ok(*spectrum),
@@ -93,32 +87,21 @@ impl Opened {
                 check_triangles(file.path(), file.size().triangles, READ_BYTES)?;
                 file.read()
             }
-            Opened::Folder(folder) => folder.read(),
         }
     }
 
     /// Returns the spectrum with all triangles that are alive at the isovalues or between them.
     pub(super) fn around(self, isovalues: &[f64]) -> Result<Spectrum> {
-        let folder = match self {
-            Opened::Whole(spectrum, _) => return Ok(*spectrum),
+        match self {
+            Opened::Whole(spectrum, _) => Ok(*spectrum),
             Opened::File(file) => {
                 let (n_triangles, n_bytes) = file.needed_around(isovalues);
                 check_triangles(file.path(), n_triangles, READ_BYTES)?;
                 let [n, of] = [n_bytes, file.n_bytes()].map(report::bytes);
                 log::debug!("{}: {n} of {of} are read", file.path().display());
-                return file.read_around(isovalues);
+                file.read_around(isovalues)
             }
-            Opened::Folder(folder) => folder,
-        };
-        let low = isovalues.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = isovalues.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let (n, n_bytes) = folder
-            .chunks_between((low, high))
-            .fold((0, 0), |(n, bytes), (_, chunk)| (n + 1, bytes + chunk.bytes));
-        let (name, of) = (folder.path().display(), report::bytes(folder.n_bytes()));
-        log::debug!("{name}: {n} chunks, {} of {of}", report::bytes(n_bytes));
-        // The range stays that of the whole spectrum, so that percentages keep their meaning.
-        folder.read_around(isovalues)
+        }
     }
 }
 
@@ -130,7 +113,7 @@ fn has_magic(path: &Path) -> Result<bool> {
     Ok(start == MAGIC)
 }
 
-/// Reads a spectrum of either format, or all parts of a folder. Returns its size in bytes as well.
+/// Reads a spectrum of either format. Returns its size in bytes as well.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
     let opened = Opened::open(path)?;
     let n_bytes = opened.n_bytes();

@@ -25,7 +25,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Verify {
-    /// Spectrum (.isp, or a folder .ispt)
+    /// Spectrum (.isp)
     spectrum: PathBuf,
     #[command(flatten)]
     volume: VolumeArguments,

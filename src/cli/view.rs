@@ -1,10 +1,10 @@
 //! `view`: a window.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use isospectrum::Parameters;
-use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::render::{Background, Light, View as RenderView};
 use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, Opening, run};
@@ -20,7 +20,7 @@ use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::number_argument::positive;
 use super::size_argument::PictureSize;
-use super::spectrum_file::{self, Format};
+use super::spectrum_file::{Format, Opened};
 use super::surface_argument::SurfaceArgument;
 
 const EXAMPLES: &str = "\
@@ -35,7 +35,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct View {
-    /// Spectrum (.isp, .ispt) or volume
+    /// Spectrum (.isp) or volume
     file: Option<PathBuf>,
     /// Use a built-in volume, e.g. hydrogen:64
     #[arg(long, value_name = "NAME[:SIZE]", conflicts_with = "file")]
@@ -168,23 +168,22 @@ impl View {
             let volume = self.phantom.as_deref().map(phantom).transpose()?;
             return Ok(volume.map_or(Content::Nothing, |volume| Content::Volume(volume.into())));
         };
-        if !is_folder(path) && Format::of_name(path).is_err() {
+        if Format::of_name(path).is_err() {
             return Ok(Content::Volume(read(path)?.into()));
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if is_folder(path) {
-            return Ok(Content::Folder(name, SpectrumFolder::open(path)?.into()));
-        }
-        let (spectrum, _) = spectrum_file::read(path)?;
-        Ok(Content::Spectrum(name, spectrum.into()))
+        Ok(match Opened::open(path)? {
+            Opened::Whole(spectrum, _) => Content::Spectrum(name, spectrum),
+            Opened::File(file) => Content::File(name, Arc::from(file)),
+        })
     }
 }
 
-/// Returns the spectrum, of a folder without triangles, if there is one.
+/// Returns the spectrum, of a file without triangles, if there is one.
 fn header(content: &Content) -> Option<&Spectrum> {
     match content {
         Content::Spectrum(_, spectrum) => Some(spectrum),
-        Content::Folder(_, folder) => Some(folder.whole()),
+        Content::File(_, file) => Some(file.description()),
         Content::Nothing | Content::Volume(_) => None,
     }
 }

@@ -162,6 +162,11 @@ impl<'a> Columns<'a> {
         Ok(Column { numbers, limit: u64::MAX >> (64 - bits) })
     }
 
+    /// Whether nothing is left of columns in planes.
+    pub(super) fn is_empty(&self) -> bool {
+        matches!(self.0, Rest::Planes([]))
+    }
+
     /// Checks that nothing is left, except for zeros after coded numbers.
     pub(super) fn end(self) -> Result<()> {
         let n_left = match self.0 {

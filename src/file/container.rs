@@ -5,18 +5,21 @@
 //! The positions of chunks follow from their lengths, which add up to what is before the tables: none overlaps another, and every byte of a file
 //! belongs to something with a checksum.
 
+use std::io::{self, Write};
 use std::ops::Range;
 
 use super::column::Content;
 use super::decode::UNUSED_PER_BYTE;
 use super::encode::ChunkContents;
-use super::header::{HEADER_LENGTH, MAX_INFO, after_header, header, in_section, read_info};
+use super::header::{HEADER_LENGTH, after_header, header, in_section, read_info};
+use super::index::{ChunkSize, Index};
+use super::seam::write_seam;
 use super::section::{
     MAX_NUMBERS_PER_BYTE_OF_CHUNK, Packing, split_section, trailing_bytes, write_section,
 };
 use super::source::Source;
 use super::tables;
-use super::tree::{ChunkSize, Tree};
+use super::tree::Tree;
 use crate::error::{Error, Result};
 use crate::spectrum::{About, Collapse, Size};
 
@@ -34,52 +37,84 @@ pub(super) struct TableContents {
     pub(super) collapses: Content<'static>,
 }
 
-/// A file of these chunks.
-///
-/// # Errors
-///
-/// [`Error::Input`] if the description is too long.
-pub(super) fn assembled(
-    tables: &TableContents,
-    tree: &Tree,
-    chunks: Vec<ChunkContents>,
-) -> Result<Vec<u8>> {
-    let n = tables.info.bytes().len();
-    if n > MAX_INFO {
-        return Err(Error::input(format!(
-            "the description of the spectrum takes {n} bytes, expected at most {MAX_INFO}"
-        )));
-    }
-    let mut file = header();
-    let mut sizes = Vec::with_capacity(chunks.len());
-    for ChunkContents { sections, size, n_unused } in chunks {
-        let start = file.len();
-        let [ranks, triangles, positions] = &sections;
-        let min = least_bytes([ranks, triangles, positions], n_unused);
+/// A chunk as it is stored.
+pub(super) struct PackedChunk {
+    bytes: Vec<u8>,
+    pub(super) size: ChunkSize,
+}
+
+impl PackedChunk {
+    /// Packs the contents of a chunk; in a file with several trees with its shared vertices and their keys.
+    pub(super) fn new(contents: ChunkContents, shared: Option<&[(u32, u64)]>) -> Self {
+        let ChunkContents { sections: [ranks, triangles, positions], size, n_unused } = contents;
+        let min = least_bytes([&ranks, &triangles, &positions], n_unused);
+        let mut bytes = Vec::new();
         for (tag, content, min) in
             [(*b"VERT", ranks, min), (*b"TRIA", triangles, 0), (*b"POSN", positions, 0)]
         {
-            write_section(&mut file, tag, content, Packing::Deflated, min);
+            write_section(&mut bytes, tag, &content, Packing::Deflated, min);
         }
-        let crc = crc32fast::hash(&file[start..]);
-        sizes.push(ChunkSize { bytes: (file.len() - start) as u64, crc, ..size });
+        if let Some(shared) = shared {
+            let content = Content::Plain(write_seam(shared).into());
+            write_section(&mut bytes, *b"SEAM", &content, Packing::Deflated, 0);
+        }
+        let (n_bytes, crc) = (bytes.len() as u64, crc32fast::hash(&bytes));
+        PackedChunk { bytes, size: ChunkSize { bytes: n_bytes, crc, ..size } }
     }
-    let position = file.len();
-    write_section(&mut file, *b"INFO", &tables.info, Packing::Raw, 0);
-    for (tag, content) in
-        [(*b"EVNT", &tables.events), (*b"ISOV", &tables.isovalues), (*b"COLL", &tables.collapses)]
-    {
-        write_section(&mut file, tag, content, Packing::Deflated, 0);
+}
+
+/// Writes a file: tree after tree, then the tables.
+pub(super) struct ContainerWriter<'a> {
+    out: &'a mut dyn Write,
+    /// Bytes written.
+    position: u64,
+    index: Index,
+}
+
+impl<'a> ContainerWriter<'a> {
+    /// Writes the header.
+    pub(super) fn new(out: &'a mut dyn Write) -> io::Result<Self> {
+        let mut writer = ContainerWriter { out, position: 0, index: Index::default() };
+        writer.write(&header())?;
+        Ok(writer)
     }
-    write_end(&mut file, tree, &sizes, position);
-    Ok(file)
+
+    /// Appends a tree.
+    pub(super) fn push(&mut self, tree: Tree, chunks: Vec<PackedChunk>) -> io::Result<()> {
+        let sizes = chunks.iter().map(|chunk| chunk.size).collect();
+        for chunk in chunks {
+            self.write(&chunk.bytes)?;
+        }
+        self.index.push(tree, sizes);
+        Ok(())
+    }
+
+    /// Writes the tables and the footer.
+    pub(super) fn end(mut self, tables: &TableContents) -> io::Result<()> {
+        let mut end = Vec::new();
+        write_section(&mut end, *b"INFO", &tables.info, Packing::Raw, 0);
+        for (tag, content) in [
+            (*b"EVNT", &tables.events),
+            (*b"ISOV", &tables.isovalues),
+            (*b"COLL", &tables.collapses),
+        ] {
+            write_section(&mut end, tag, content, Packing::Deflated, 0);
+        }
+        write_end(&mut end, &self.index, self.position);
+        self.write(&end)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.position += bytes.len() as u64;
+        self.out.write_all(bytes)
+    }
 }
 
 /// Appends the index, and the footer of tables that begin at `position`.
-pub(super) fn write_end(file: &mut Vec<u8>, tree: &Tree, sizes: &[ChunkSize], position: usize) {
-    let index = Content::Plain(tree.write(sizes).into());
+pub(super) fn write_end(file: &mut Vec<u8>, index: &Index, position: u64) {
+    let index = Content::Plain(index.write().into());
     write_section(file, *b"INDX", &index, Packing::Deflated, 0);
-    let position = (position as u64).to_le_bytes();
+    let position = position.to_le_bytes();
     file.extend(position);
     file.extend(crc32fast::hash(&position).to_le_bytes());
     file.extend(END);
@@ -99,10 +134,10 @@ fn least_bytes(sections: [&Content; 3], n_unused: usize) -> usize {
 pub(super) struct FileTables {
     pub(super) about: About,
     pub(super) size: Size,
-    pub(super) isovalues: Vec<f64>,
+    /// By tree.
+    pub(super) isovalues: Vec<Vec<f64>>,
     pub(super) collapses: Vec<Collapse>,
-    pub(super) tree: Tree,
-    pub(super) sizes: Vec<ChunkSize>,
+    pub(super) index: Index,
     /// The bytes of each chunk in the file.
     pub(super) places: Vec<Range<u64>>,
 }
@@ -130,17 +165,20 @@ impl FileTables {
         };
         let events = tables::read_events(&next(b"EVNT")?).map_err(in_section("EVNT"))?;
         let isovalues = tables::read_isovalues(&next(b"ISOV")?).map_err(in_section("ISOV"))?;
-        let n_ranks = u32::try_from(isovalues.len()).ok().filter(|&n| n < u32::MAX);
-        let n_ranks = n_ranks.ok_or_else(|| Error::input("more isovalues than ranks"))?;
+        let n_ranks = |isovalues: &Vec<f64>| {
+            let n = u32::try_from(isovalues.len()).ok().filter(|&n| n < u32::MAX);
+            n.ok_or_else(|| Error::input("more isovalues than ranks"))
+        };
+        let n_ranks = isovalues.iter().map(n_ranks).collect::<Result<Vec<u32>>>()?;
         let collapses = tables::read_collapses(&next(b"COLL")?).map_err(in_section("COLL"))?;
-        let (tree, sizes) = Tree::read(&next(b"INDX")?, n_ranks).map_err(in_section("INDX"))?;
+        let index = Index::read(&next(b"INDX")?, &n_ranks).map_err(in_section("INDX"))?;
         if !rest.is_empty() {
             return Err(trailing_bytes(rest.len() as u64));
         }
-        let places = places(&sizes, position)?;
-        check_size(&info.size, &size_of(&sizes, &info.size))?;
+        let places = places(index.sizes(), position)?;
+        check_size(&info.size, &size_of(index.sizes(), &info.size))?;
         let (size, about) = (info.size, info.into_about(events));
-        Ok(FileTables { about, size, isovalues, collapses, tree, sizes, places })
+        Ok(FileTables { about, size, isovalues, collapses, index, places })
     }
 }
 
@@ -182,7 +220,8 @@ fn places(sizes: &[ChunkSize], end: u64) -> Result<Vec<Range<u64>>> {
 /// A size with the sums of what the chunks contain; what the index does not say is as declared.
 fn size_of(sizes: &[ChunkSize], declared: &Size) -> Size {
     let sum = |of: fn(&ChunkSize) -> u64| sizes.iter().map(of).fold(0, u64::saturating_add);
-    let [trajectories, knots] = [sum(|size| size.vertices), sum(|size| size.knots)];
+    let trajectories = sum(|size| size.vertices - size.repeated);
+    let knots = sum(|size| size.knots - 2 * size.repeated);
     Size { trajectories, knots, triangles: sum(|size| size.triangles), ..*declared }
 }
 

@@ -1,4 +1,4 @@
-//! From the chunks of a file to a spectrum, or to the part of it that some ranks need.
+//! From the chunks of a tree to a patch, or to the part of it that some ranks need.
 
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
@@ -6,12 +6,13 @@ use std::ops::RangeInclusive;
 use super::encode::PARALLEL_SHARES;
 use super::geometry::{PositionReader, read_geometry};
 use super::header::in_section;
+use super::index::{ChunkSize, IndexedTree};
 use super::path::Path;
 use super::predict::Surroundings;
 use super::samples::Samples;
 use super::section::{MAX_NUMBERS_PER_BYTE_OF_CHUNK, Section, split_section};
 use super::trajectories::{Ranks, read_ranks};
-use super::tree::{ChunkSize, Tree};
+use super::seam::read_seam;
 use super::triangles::{ChunkTables, TriangleColumns, read_triangles};
 use super::units::Units;
 use crate::error::{Error, Result};
@@ -25,15 +26,25 @@ pub(super) const UNUSED_PER_BYTE: usize = 2;
 /// Chunks of fewer triangles in all are read on the thread of the caller: other threads would need memory of their own, and gain nothing.
 const MIN_PARALLEL: u64 = 20_000;
 
-/// The tables of a file that its chunks refer to.
-pub(super) struct Decoder<'a> {
-    pub(super) tree: &'a Tree,
-    pub(super) sizes: &'a [ChunkSize],
+/// The tables of a file that the chunks of one of its trees refer to.
+pub(super) struct Decoder<'a, 's> {
+    pub(super) tree: IndexedTree<'a>,
+    /// Chunks of all trees.
+    pub(super) n_chunks: usize,
+    /// Whether chunks have a section `SEAM`.
+    pub(super) has_seam: bool,
     pub(super) isovalues: &'a [f64],
-    pub(super) samples: Samples,
+    pub(super) samples: &'a Samples,
     pub(super) units: Units,
-    /// The bytes of a chunk.
-    pub(super) bytes: &'a (dyn Fn(usize) -> Result<Cow<'a, [u8]>> + Sync),
+    /// The bytes of a chunk of the file.
+    pub(super) bytes: &'a (dyn Fn(usize) -> Result<Cow<'s, [u8]>> + Sync),
+}
+
+/// Vertices and triangles of a tree.
+pub(super) struct DecodedTree {
+    pub(super) patch: Patch,
+    /// Vertices that other trees may contain, too, ascending, with their keys.
+    pub(super) shared: Vec<(u32, u64)>,
 }
 
 /// A chunk that was read.
@@ -42,6 +53,8 @@ struct DecodedChunk {
     positions: Vec<[i32; 3]>,
     /// With vertices in numbers of the result.
     triangles: Vec<Triangle>,
+    /// With vertices in numbers of the chunk.
+    shared: Vec<(u32, u64)>,
 }
 
 /// Which chunks are read.
@@ -53,14 +66,14 @@ struct Wanted {
     n_triangles: u64,
 }
 
-impl Decoder<'_> {
+impl Decoder<'_, '_> {
     /// The vertices and triangles of all chunks that contain triangles alive at the ranks, in the order of the file. Others may be among
     /// them. There are no collapses.
     ///
     /// # Errors
     ///
     /// Those of reading the bytes of a chunk; [`Error::Input`] if these are damaged.
-    pub(super) fn patch(&self, ranks: RangeInclusive<u32>) -> Result<Patch> {
+    pub(super) fn decode(&self, ranks: RangeInclusive<u32>) -> Result<DecodedTree> {
         let wanted = self.wanted(ranks)?;
         let chunks = self.below(0, self.unpack(0)?, &wanted, &mut Path::default())?;
         let [n_vertices, n_knots] = chunks.iter().fold([0, 0], |[vertices, knots], chunk| {
@@ -69,9 +82,10 @@ impl Decoder<'_> {
         let mut first_knot = Vec::with_capacity(n_vertices + 1);
         first_knot.push(0);
         let mut knots = Vec::with_capacity(n_knots);
-        let mut triangles = Vec::new();
+        let (mut triangles, mut shared) = (Vec::new(), Vec::new());
         for mut chunk in chunks {
-            let n_before = knots.len() as u32;
+            let (first, n_before) = (first_knot.len() as u32 - 1, knots.len() as u32);
+            shared.extend(chunk.shared.iter().map(|&(v, key)| (first + v, key)));
             first_knot.extend(chunk.ranks.first_knot[1..].iter().map(|first| n_before + first));
             let position = |x: &[i32; 3]| x.map(|x| self.units.coordinate(x));
             let ranks = chunk.ranks.ranks.iter().zip(&chunk.positions);
@@ -84,14 +98,20 @@ impl Decoder<'_> {
             }
         }
         let isovalues = self.isovalues.to_vec();
-        Ok(Patch { isovalues, first_knot, knots, triangles, collapses: Vec::new() })
+        let patch = Patch { isovalues, first_knot, knots, triangles, collapses: Vec::new() };
+        Ok(DecodedTree { patch, shared })
+    }
+
+    /// By chunk of the tree.
+    fn sizes(&self) -> &[ChunkSize] {
+        self.tree.sizes
     }
 
     fn wanted(&self, ranks: RangeInclusive<u32>) -> Result<Wanted> {
-        let mut is_read = vec![false; self.sizes.len()];
-        self.tree.at(ranks).for_each(|i| is_read[i] = true);
+        let mut is_read = vec![false; self.sizes().len()];
+        self.tree.tree.at(ranks).for_each(|i| is_read[i] = true);
         let (mut first_vertex, mut sum) = (Vec::new(), ChunkSize::default());
-        for (size, &is_read) in self.sizes.iter().zip(&is_read) {
+        for (size, &is_read) in self.sizes().iter().zip(&is_read) {
             first_vertex.push(sum.vertices as u32);
             if is_read {
                 sum.vertices += size.vertices;
@@ -118,8 +138,8 @@ impl Decoder<'_> {
         path: &mut Path,
     ) -> Result<Vec<DecodedChunk>> {
         let end_above = path.end();
-        let chunk = &self.tree.chunks()[i];
-        let children = chunk.pivot.map(|_| self.tree.children(i));
+        let chunk = &self.tree.tree.chunks()[i];
+        let children = chunk.pivot.map(|_| self.tree.tree.children(i));
         let [first, second] = children.map_or([None; 2], |children| {
             children.map(|child| Some(child).filter(|&child| wanted.is_read[child]))
         });
@@ -132,7 +152,7 @@ impl Decoder<'_> {
         let mut all = vec![built.map_err(|e| self.in_chunk(i, e))?];
         let first = first.zip(first_unpacked?);
         let second = second.zip(second_unpacked?);
-        let n: u64 = self.sizes[i..chunk.end].iter().map(|size| size.triangles).sum();
+        let n: u64 = self.sizes()[i..chunk.end].iter().map(|size| size.triangles).sum();
         let is_large = n.saturating_mul(PARALLEL_SHARES) >= wanted.n_triangles;
         match (first, second) {
             (Some((first, a)), Some((second, b))) if is_large => {
@@ -159,7 +179,7 @@ impl Decoder<'_> {
         a: impl FnOnce() -> A + Send,
         b: impl FnOnce() -> B + Send,
     ) -> (A, B) {
-        let n: u64 = self.sizes.iter().map(|size| size.triangles).sum();
+        let n: u64 = self.sizes().iter().map(|size| size.triangles).sum();
         if n < MIN_PARALLEL { (a(), b()) } else { rayon::join(a, b) }
     }
 
@@ -169,13 +189,13 @@ impl Decoder<'_> {
     }
 
     fn unpacked(&self, i: usize) -> Result<Unpacked> {
-        let bytes = (self.bytes)(i)?;
-        let sections = Sections::split(&bytes)?;
-        let size = self.sizes[i];
-        let max_unused = sections.max_unused(self.sizes.len())?;
-        let chunk = &self.tree.chunks()[i];
+        let bytes = (self.bytes)(self.tree.first + i)?;
+        let sections = Sections::split(&bytes, self.has_seam)?;
+        let size = self.sizes()[i];
+        let max_unused = sections.max_unused(self.n_chunks)?;
+        let chunk = &self.tree.tree.chunks()[i];
         let n_isovalues = self.isovalues.len() as u32;
-        let above = self.tree.above(i).map(|above| self.sizes[above].vertices).sum::<u64>() as u32;
+        let above = self.tree.tree.above(i).map(|above| self.sizes()[above].vertices).sum::<u64>() as u32;
         let triangles = || {
             let content = sections.triangles.content()?;
             TriangleColumns::unpack(&content, chunk, above, n_isovalues).map_err(in_section("TRIA"))
@@ -192,7 +212,34 @@ impl Decoder<'_> {
         };
         let (triangles, rest) = self.join(triangles, rest);
         let (ranks, positions) = rest?;
-        Ok(Unpacked { ranks, triangles: triangles?, positions, max_unused })
+        let shared = self.shared(&sections, &ranks, size)?;
+        Ok(Unpacked { ranks, triangles: triangles?, positions, shared, max_unused })
+    }
+
+    /// The shared vertices of a chunk: none in a file with one tree.
+    fn shared(
+        &self,
+        sections: &Sections,
+        ranks: &Ranks,
+        size: ChunkSize,
+    ) -> Result<Vec<(u32, u64)>> {
+        let Some(seam) = &sections.seam else { return Ok(Vec::new()) };
+        let read = read_seam(seam.content()?.columns(), ranks.n_vertices());
+        let shared = read.map_err(in_section("SEAM"))?;
+        if let Some(s) = shared.iter().find(|s| ranks.of(s.0).is_none_or(|ranks| ranks.len() != 2))
+        {
+            let v = s.0;
+            return Err(Error::input(format!(
+                "section SEAM: vertex {v} is shared, expected two knots"
+            )));
+        }
+        if size.repeated > shared.len() as u64 {
+            let (declared, n) = (size.repeated, shared.len());
+            return Err(Error::input(format!(
+                "section INDX: {declared} repeated vertices, found {n} shared ones"
+            )));
+        }
+        Ok(shared)
     }
 
     /// Puts a chunk together and appends it to the path.
@@ -203,8 +250,8 @@ impl Decoder<'_> {
         wanted: &Wanted,
         path: &mut Path,
     ) -> Result<DecodedChunk> {
-        let Unpacked { ranks, triangles, positions, max_unused } = unpacked;
-        let chunk = &self.tree.chunks()[i];
+        let Unpacked { ranks, triangles, positions, shared, max_unused } = unpacked;
+        let chunk = &self.tree.tree.chunks()[i];
         let (n_above, knots_above) = (path.n_vertices(), path.positions.len());
         path.ranks.append(&ranks);
         let first = wanted.first_vertex[i];
@@ -212,16 +259,16 @@ impl Decoder<'_> {
         let n_isovalues = self.isovalues.len() as u32;
         let tables = ChunkTables { chunk, path, n_above, n_isovalues, max_unused };
         let mut triangles = read_triangles(triangles, tables).map_err(in_section("TRIA"))?;
-        check_count("triangles", triangles.len() as u64, self.sizes[i].triangles)?;
+        check_count("triangles", triangles.len() as u64, self.sizes()[i].triangles)?;
         let of = Surroundings {
             ranks: &path.ranks,
             isovalues: self.isovalues,
             triangles: &triangles,
             n_above,
             pivot: chunk.pivot,
-            n_chunks: self.sizes.len(),
+            n_chunks: self.n_chunks,
         };
-        read_geometry(positions, of, &mut path.positions, &self.samples, self.units)
+        read_geometry(positions, of, &mut path.positions, self.samples, self.units)
             .map_err(in_section("POSN"))?;
         let positions = path.positions[knots_above..].to_vec();
         if chunk.pivot.is_some() {
@@ -230,16 +277,17 @@ impl Decoder<'_> {
         for t in &mut triangles {
             t.vertices = t.vertices.map(|v| path.numbers[v as usize]);
         }
-        Ok(DecodedChunk { ranks, positions, triangles })
+        Ok(DecodedChunk { ranks, positions, triangles, shared })
     }
 
     /// Adds the number and the isovalues of a chunk to an error, if there are several.
     fn in_chunk(&self, i: usize, error: Error) -> Error {
         match error {
-            Error::Input(what) if self.sizes.len() > 1 => {
-                let span = &self.tree.chunks()[i].span;
+            Error::Input(what) if self.n_chunks > 1 => {
+                let span = &self.tree.tree.chunks()[i].span;
                 let [low, high] =
                     [span.start, span.end - 1].map(|rank| self.isovalues[rank as usize]);
+                let i = self.tree.first + i;
                 Error::input(format!("chunk {i} (isovalues {low} to {high}): {what}"))
             }
             other => other,
@@ -252,6 +300,7 @@ struct Unpacked {
     ranks: Ranks,
     triangles: TriangleColumns,
     positions: PositionReader,
+    shared: Vec<(u32, u64)>,
     max_unused: usize,
 }
 
@@ -267,13 +316,17 @@ struct Sections<'a> {
     ranks: Section<'a>,
     triangles: Section<'a>,
     positions: Section<'a>,
+    /// In a file with several trees.
+    seam: Option<Section<'a>>,
 }
 
 impl<'a> Sections<'a> {
-    fn split(mut rest: &'a [u8]) -> Result<Self> {
+    fn split(mut rest: &'a [u8], has_seam: bool) -> Result<Self> {
         let mut next = |tag: &[u8; 4]| split_section(&mut rest, *tag);
         let (ranks, triangles, positions) = (next(b"VERT")?, next(b"TRIA")?, next(b"POSN")?);
+        let seam = if has_seam { Some(next(b"SEAM")?) } else { None };
         [ranks, triangles, positions].iter().try_for_each(|section| section.check_coded(true))?;
+        seam.iter().try_for_each(|section| section.check_coded(false))?;
         if !rest.is_empty() {
             return Err(Error::input(format!("{} bytes after its last section", rest.len())));
         }
@@ -284,7 +337,7 @@ impl<'a> Sections<'a> {
         if numbers > bytes.saturating_mul(MAX_NUMBERS_PER_BYTE_OF_CHUNK) {
             return Err(Error::input(format!("{bytes} bytes cannot hold {numbers} numbers")));
         }
-        Ok(Sections { ranks, triangles, positions })
+        Ok(Sections { ranks, triangles, positions, seam })
     }
 
     /// The most vertices without a triangle. Each of the others takes a number of `TRIA` where it is used

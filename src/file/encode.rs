@@ -7,11 +7,12 @@ use rayon::prelude::*;
 use super::column::Content;
 use super::connectivity::{FileOrder, Input, Traversal, traverse};
 use super::geometry::write_geometry;
+use super::index::ChunkSize;
 use super::path::Path;
 use super::predict::Surroundings;
 use super::samples::Samples;
 use super::trajectories::{Ranks, write_ranks};
-use super::tree::{Chunk, ChunkSize, Tree};
+use super::tree::{Chunk, Tree};
 use super::triangles::write_triangles;
 use super::units::Units;
 use crate::error::Result;
@@ -19,6 +20,9 @@ use crate::spectrum::{Collapse, Knot, Patch, Spectrum, Triangle};
 
 /// Chunks below a chunk are encoded or decoded in parallel if they have at least one in so many of all triangles.
 pub(super) const PARALLEL_SHARES: u64 = 8;
+
+/// For [`encode`]: the number of chunks of the file is not known yet. Limits that a reader divides by it are taken to be 0.
+pub(super) const UNKNOWN: usize = usize::MAX;
 
 /// A spectrum in chunks.
 pub(super) struct Encoded {
@@ -48,13 +52,19 @@ struct EncodedChunk {
     triangles: Vec<Triangle>,
 }
 
-/// Encodes a spectrum, whose positions must be rounded as by [`Units::rounded`] unless these units have no other rounding along the surface.
+/// Encodes a spectrum, whose positions must be rounded as by [`Units::rounded`] unless these units have no other rounding along the surface, as
+/// one tree of a file with so many chunks in all; [`UNKNOWN`] serves for any number.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Input`] if vertices with many knots have more neighbours than a reader accepts, which no mesh has.
-pub(super) fn encode(spectrum: Spectrum, tree: &Tree, units: Units) -> Result<Encoded> {
-    let encoder = Encoder::new(&spectrum, tree, units);
+pub(super) fn encode(
+    spectrum: Spectrum,
+    tree: &Tree,
+    n_chunks: usize,
+    units: Units,
+) -> Result<Encoded> {
+    let encoder = Encoder::new(&spectrum, tree, n_chunks, units);
     let chunks = encoder.below(0, &mut Path::default())?;
     drop(encoder);
     // Each array of the original is dropped as soon as possible, to save memory.
@@ -94,6 +104,7 @@ pub(super) fn encode(spectrum: Spectrum, tree: &Tree, units: Units) -> Result<En
 struct Encoder<'a> {
     spectrum: &'a Spectrum,
     tree: &'a Tree,
+    n_chunks: usize,
     units: Units,
     samples: Samples,
     /// By vertex of the spectrum.
@@ -110,15 +121,15 @@ struct Encoder<'a> {
 }
 
 impl<'a> Encoder<'a> {
-    fn new(spectrum: &'a Spectrum, tree: &'a Tree, units: Units) -> Self {
+    fn new(spectrum: &'a Spectrum, tree: &'a Tree, n_chunks: usize, units: Units) -> Self {
         let samples = Samples::new(spectrum.volume(), units);
         let n_vertices = spectrum.n_vertices();
         let all = (0..n_vertices as u32).into_par_iter();
         let is_lattice = all.map(|v| samples.edge_of(spectrum.trajectory(v)).is_some()).collect();
         let mut by_birth: Vec<u32> = (0..spectrum.triangles().len() as u32).collect();
         by_birth.par_sort_by_key(|&i| spectrum.triangles()[i as usize].birth);
-        let n_chunks = tree.chunks().len();
-        let mut triangles = vec![Vec::new(); n_chunks];
+        let n = tree.chunks().len();
+        let mut triangles = vec![Vec::new(); n];
         let mut chunk_of = vec![u32::MAX; n_vertices];
         for i in by_birth {
             let t = &spectrum.triangles()[i as usize];
@@ -130,17 +141,17 @@ impl<'a> Encoder<'a> {
                     if *of_vertex == u32::MAX { chunk } else { tree.common(*of_vertex, chunk) };
             }
         }
-        let mut vertices = vec![Vec::new(); n_chunks];
+        let mut vertices = vec![Vec::new(); n];
         let mut place = vec![0; n_vertices];
         for v in 0..n_vertices {
             // Vertices without a triangle are the last ones of the file.
-            chunk_of[v] = chunk_of[v].min(n_chunks as u32 - 1);
+            chunk_of[v] = chunk_of[v].min(n as u32 - 1);
             let of_chunk = &mut vertices[chunk_of[v] as usize];
             place[v] = of_chunk.len() as u32;
             of_chunk.push(v as u32);
         }
+        let mut first_vertex = Vec::with_capacity(n);
         let mut n = 0;
-        let mut first_vertex = Vec::with_capacity(n_chunks);
         for of_chunk in &vertices {
             first_vertex.push(n);
             n += of_chunk.len() as u32;
@@ -149,6 +160,7 @@ impl<'a> Encoder<'a> {
         Encoder {
             spectrum,
             tree,
+            n_chunks,
             units,
             samples,
             is_lattice,
@@ -210,7 +222,7 @@ impl<'a> Encoder<'a> {
             triangles: &own,
             n_above,
             pivot: chunk.pivot,
-            n_chunks: self.tree.chunks().len(),
+            n_chunks: self.n_chunks,
         };
         let (triangles, (vert, positions)) = rayon::join(
             || write_triangles((&order, &traversal), of),

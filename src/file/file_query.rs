@@ -1,34 +1,33 @@
 //! The mesh at any isovalue of a spectrum file, of which only the chunks that were needed are in memory.
 
-use std::ops::Range;
 use std::sync::Arc;
 
+use super::partial_spectrum::PartialSpectrum;
 use super::spectrum_file::SpectrumFile;
 use crate::error::Result;
 use crate::spectrum::{Mesh, Query, Spectrum};
 
-/// When as many triangles were read as this times those of the whole, the whole is read: the search structures of a [`Query`]
-/// are then worth their time.
-const MAX_READ: u64 = 1;
+/// Default for the most triangles of a spectrum that stays in memory as a whole: about 1 GB with its search structures.
+const MAX_TRIANGLES: u64 = 8_000_000;
 
-/// Answers queries on a spectrum file. Chunks are read when they are first needed; those of the last isovalue stay in memory, and the whole
-/// once it was read.
+/// Extracts meshes from a spectrum file. Chunks are read when they are first needed; those of the last isovalue stay in memory, and
+/// the whole once as much was read: the search structures of a [`Query`] are then worth their time.
 #[derive(Debug)]
 pub struct FileQuery {
-    file: Arc<SpectrumFile>,
-    /// The ranks at which the query has meshes.
-    ranks: Range<u32>,
-    query: Query<Arc<Spectrum>>,
-    /// Triangles read for meshes so far.
-    n_read: u64,
-    whole: Option<Arc<Spectrum>>,
+    read: PartialSpectrum,
+    /// Of the chunks in memory; none before the first mesh.
+    query: Option<Query<Arc<Spectrum>>>,
 }
 
 impl FileQuery {
     /// Without any chunk yet.
     pub fn new(file: Arc<SpectrumFile>) -> FileQuery {
-        let none = Arc::new(file.description().clone());
-        FileQuery { file, ranks: 0..0, query: Query::for_some(none, 1), n_read: 0, whole: None }
+        FileQuery::within(file, MAX_TRIANGLES)
+    }
+
+    /// As [`FileQuery::new`], with the most triangles of a spectrum that stays in memory as a whole.
+    pub fn within(file: Arc<SpectrumFile>, max_triangles: u64) -> FileQuery {
+        FileQuery { read: PartialSpectrum::new(file, max_triangles), query: None }
     }
 
     /// The mesh at `isovalue`, as [`Query::mesh_at`] of the whole spectrum returns it.
@@ -37,11 +36,27 @@ impl FileQuery {
     ///
     /// [`crate::Error::Range`] outside the range of the spectrum; [`crate::Error::Input`] if a chunk is damaged.
     pub fn mesh_at(&mut self, isovalue: f64) -> Result<Mesh> {
-        self.file.description().check_isovalue(isovalue)?;
-        if !self.ranks.contains(&self.file.rank_of(isovalue)) {
-            self.read(isovalue)?;
+        let mut mesh = Mesh::default();
+        self.mesh_at_into(isovalue, &mut mesh)?;
+        Ok(mesh)
+    }
+
+    /// As [`FileQuery::mesh_at`], reusing the memory of a mesh.
+    ///
+    /// # Errors
+    ///
+    /// As [`FileQuery::mesh_at`].
+    pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut Mesh) -> Result<()> {
+        if !self.read.has(&[isovalue]) {
+            // The old search structures are dropped before chunks are read.
+            self.query = None;
+            self.read.read_at(&[isovalue])?;
         }
-        self.query.mesh_at(isovalue)
+        let query = self.query.get_or_insert_with(|| {
+            let spectrum = self.read.spectrum().clone();
+            if self.read.is_whole() { Query::new(spectrum) } else { Query::for_some(spectrum, 1) }
+        });
+        query.mesh_at_into(isovalue, mesh)
     }
 
     /// A spectrum with all triangles that are alive at some isovalues, or between them, as [`SpectrumFile::read_around`]; or the whole, if it
@@ -51,10 +66,10 @@ impl FileQuery {
     ///
     /// As [`SpectrumFile::read_around`].
     pub fn around(&self, isovalues: &[f64]) -> Result<Arc<Spectrum>> {
-        match &self.whole {
-            Some(whole) => Ok(whole.clone()),
-            None => self.file.read_around(isovalues).map(Arc::new),
+        if self.read.is_whole() {
+            return Ok(self.read.spectrum().clone());
         }
+        self.read.file().read_around(isovalues).map(Arc::new)
     }
 
     /// The whole spectrum, which is read once.
@@ -63,24 +78,9 @@ impl FileQuery {
     ///
     /// As [`SpectrumFile::read`].
     pub fn whole(&mut self) -> Result<Arc<Spectrum>> {
-        if let Some(whole) = &self.whole {
-            return Ok(whole.clone());
+        if !self.read.is_whole() {
+            self.query = None;
         }
-        let whole = Arc::new(self.file.read()?);
-        Ok(self.whole.insert(whole).clone())
-    }
-
-    fn read(&mut self, isovalue: f64) -> Result<()> {
-        let (n, _) = self.file.needed_around(&[isovalue]);
-        self.n_read += n;
-        if self.whole.is_some() || self.n_read > MAX_READ * self.file.size().triangles {
-            self.query = Query::new(self.whole()?);
-            self.ranks = 0..u32::MAX;
-        } else {
-            let part = self.file.read_around(&[isovalue])?;
-            self.query = Query::for_some(Arc::new(part), 1);
-            self.ranks = self.file.ranks_around(isovalue);
-        }
-        Ok(())
+        self.read.whole()
     }
 }

@@ -17,7 +17,7 @@ pub const VERSION: u32 = 1;
 pub(super) const HEADER_LENGTH: usize = 16;
 
 /// Most bytes of section `INFO`, which usually has a few hundred. Parsed JSON takes up to a hundred times its length.
-pub(super) const MAX_INFO: usize = 1 << 20;
+const MAX_INFO: usize = 1 << 20;
 
 /// Section `INFO`: the description of a spectrum.
 #[derive(Serialize, Deserialize)]
@@ -39,15 +39,26 @@ impl Info<VolumeInfo, Metadata> {
 }
 
 /// Writes section `INFO`: JSON.
-pub(super) fn write_info(spectrum: &Spectrum) -> Result<Vec<u8>> {
+///
+/// # Errors
+///
+/// [`Error::Input`] if it is too long.
+pub(super) fn write_info(spectrum: &Spectrum, size: Size) -> Result<Vec<u8>> {
     let info = Info {
         volume: spectrum.volume(),
         range: spectrum.range(),
         tolerance: spectrum.tolerance(),
         parameters: spectrum.parameters(),
-        size: Size::of(spectrum),
+        size,
     };
-    serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))
+    let info = serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))?;
+    if info.len() > MAX_INFO {
+        let n = info.len();
+        return Err(Error::input(format!(
+            "the description of the spectrum takes {n} bytes, expected at most {MAX_INFO}"
+        )));
+    }
+    Ok(info)
 }
 
 /// Reads section `INFO`.

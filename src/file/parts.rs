@@ -7,7 +7,7 @@ use super::tables;
 use super::tree::Tree;
 use super::units::Units;
 use crate::error::Result;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Size, Spectrum};
 
 /// Sections of a spectrum in a single chunk, as FORMAT.md describes them, but with positions in any units.
 pub(crate) struct Parts {
@@ -29,10 +29,12 @@ impl Parts {
     pub(crate) fn new(spectrum: Spectrum, units: Units) -> Result<Parts> {
         spectrum.check()?;
         let tree = Tree::single(spectrum.isovalues().len() as u32);
-        let Encoded { spectrum, order, mut chunks } = encode(spectrum, &tree, units)?;
+        let Encoded { spectrum, order, mut chunks } = encode(spectrum, &tree, 1, units)?;
         let [vertices, triangles, positions] = chunks.remove(0).sections;
-        let info = Content::Plain(write_info(&spectrum)?.into());
-        let isovalues = Content::Plain(tables::write_isovalues(spectrum.isovalues()).into());
+        let info = Content::Plain(write_info(&spectrum, Size::of(&spectrum))?.into());
+        let mut isovalues = Vec::new();
+        tables::write_isovalues(&mut isovalues, spectrum.isovalues());
+        let isovalues = Content::Plain(isovalues.into());
         Ok(Parts { spectrum, order, sections: [info, isovalues, vertices, triangles, positions] })
     }
 }

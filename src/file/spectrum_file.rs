@@ -4,20 +4,15 @@ use std::fs::File;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
-use super::column::Content;
-use super::container::{FileTables, TableContents, assembled, check_size};
-use super::decode::Decoder;
-use super::encode::{Encoded, encode};
-use super::header::write_info;
-use super::samples::Samples;
+use super::container::{FileTables, check_size};
+use super::read_patch::{chunks_at, read_patch, same_chunks};
 use super::source::{Seeking, Source};
-use super::tables;
 use super::tree::Tree;
-use super::units::Units;
+use super::writer::{Packed, TreeWriter, packed};
 use crate::atomic_file::write_atomically;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{About, Patch, Size, Spectrum};
+use crate::spectrum::{About, Patch, Size, Spectrum, shown_first};
 
 /// Writes a spectrum to `path`: to a temporary file in the same folder, which is then renamed.
 ///
@@ -46,7 +41,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn in_file_order(spectrum: &Spectrum) -> Result<Spectrum> {
-    encoded(spectrum.clone()).map(|(_, encoded)| encoded.spectrum)
+    into_bytes(spectrum.clone()).map(|written| written.spectrum)
 }
 
 /// The bytes of the file of a spectrum. [`from_bytes`] returns the spectrum as changed by
@@ -77,27 +72,19 @@ pub struct Written {
 ///
 /// As [`to_bytes`].
 pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
-    let (tree, encoded) = encoded(spectrum)?;
-    written(&tree, encoded)
+    spectrum.check()?;
+    let tree = Tree::of(spectrum.triangles(), spectrum.isovalues().len() as u32);
+    written(tree, spectrum)
 }
 
 /// The file of a spectrum in the chunks of a tree.
-fn written(tree: &Tree, Encoded { spectrum, order, chunks }: Encoded) -> Result<Written> {
-    let tables = TableContents {
-        info: Content::Plain(write_info(&spectrum)?.into()),
-        events: Content::Plain(tables::write_events(spectrum.events()).into()),
-        isovalues: Content::Plain(tables::write_isovalues(spectrum.isovalues()).into()),
-        collapses: Content::Plain(tables::write_collapses(spectrum.collapses()).into()),
-    };
-    Ok(Written { bytes: assembled(&tables, tree, chunks)?, spectrum, order })
-}
-
-fn encoded(spectrum: Spectrum) -> Result<(Tree, Encoded)> {
-    spectrum.check()?;
-    let units = Units::of_file(spectrum.tolerance());
-    let tree = Tree::of(spectrum.triangles(), spectrum.isovalues().len() as u32);
-    let encoded = encode(spectrum, &tree, units)?;
-    Ok((tree, encoded))
+fn written(tree: Tree, spectrum: Spectrum) -> Result<Written> {
+    let Packed { tree, spectrum, order } = packed(tree, spectrum, None)?;
+    let mut bytes = Vec::new();
+    let mut writer = TreeWriter::new(&mut bytes)?;
+    writer.push(tree)?;
+    writer.end(&spectrum)?;
+    Ok(Written { bytes, spectrum, order })
 }
 
 /// The spectrum in the bytes of a file.
@@ -114,7 +101,7 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
 
 /// The vertices and triangles of all chunks, and the collapses.
 fn whole_patch(tables: &FileTables, source: &dyn Source) -> Result<Patch> {
-    let mut patch = patch(tables, source, 0..=tables.isovalues.len() as u32)?;
+    let mut patch = read_patch(tables, source, f64::NEG_INFINITY..=f64::INFINITY)?;
     patch.collapses.clone_from(&tables.collapses);
     Ok(patch)
 }
@@ -124,28 +111,6 @@ fn whole(about: About, patch: Patch, size: Size) -> Result<Spectrum> {
     let spectrum = Spectrum::new(about, patch)?;
     check_size(&size, &Size::of(&spectrum))?;
     Ok(spectrum)
-}
-
-/// The vertices and triangles of the chunks that some ranks need.
-fn patch(tables: &FileTables, source: &dyn Source, ranks: RangeInclusive<u32>) -> Result<Patch> {
-    let units = Units::of_file(tables.about.tolerance);
-    let bytes = |i: usize| {
-        let place = &tables.places[i];
-        let bytes = source.bytes(place.start, place.end - place.start)?;
-        if crc32fast::hash(&bytes) != tables.sizes[i].crc {
-            return Err(Error::input("damaged: its checksum is wrong"));
-        }
-        Ok(bytes)
-    };
-    let decoder = Decoder {
-        tree: &tables.tree,
-        sizes: &tables.sizes,
-        isovalues: &tables.isovalues,
-        samples: Samples::new(&tables.about.volume, units),
-        units,
-        bytes: &bytes,
-    };
-    decoder.patch(ranks)
 }
 
 /// An open spectrum file, of which only what is needed is read: a mesh needs some of the chunks.
@@ -229,37 +194,45 @@ impl SpectrumFile {
     ///
     /// [`Error::Input`] if one of the chunks is damaged, or they do not pass [`Spectrum::check`].
     pub fn read_around(&self, isovalues: &[f64]) -> Result<Spectrum> {
-        let ranks = self.ranks_of(isovalues);
-        let read =
-            || Spectrum::new(self.tables.about.clone(), patch(&self.tables, &self.source, ranks)?);
+        let isovalues = interval(isovalues);
+        let read = || {
+            let patch = read_patch(&self.tables, &self.source, isovalues)?;
+            Spectrum::new(self.tables.about.clone(), patch)
+        };
         read().map_err(|e| e.of_file(&self.path))
     }
 
     /// The triangles and the bytes of the chunks that [`SpectrumFile::read_around`] reads.
     pub fn needed_around(&self, isovalues: &[f64]) -> (u64, u64) {
-        let chunks = self.tables.tree.at(self.ranks_of(isovalues));
+        let chunks = chunks_at(&self.tables, &interval(isovalues));
         chunks.fold((0, 0), |(triangles, bytes), i| {
-            let size = self.tables.sizes[i];
+            let size = self.tables.index.sizes()[i];
             (triangles + size.triangles, bytes + size.bytes)
         })
     }
 
-    /// The ranks at which [`SpectrumFile::read_around`] reads the same chunks as for an isovalue.
-    pub(super) fn ranks_around(&self, isovalue: f64) -> Range<u32> {
-        self.tables.tree.span_at(self.rank_of(isovalue))
+    /// The number of trees of chunks: one for each brick with triangles.
+    pub fn n_trees(&self) -> usize {
+        self.tables.index.n_trees()
     }
 
-    /// The ranks of isovalues and those between them.
-    fn ranks_of(&self, isovalues: &[f64]) -> RangeInclusive<u32> {
-        let ranks = isovalues.iter().map(|&c| self.rank_of(c));
-        ranks.clone().min().unwrap_or(0)..=ranks.max().unwrap_or(0)
+    /// The isovalue to show first, as [`Spectrum::shown_first`], but from the index alone: the number of triangles in the chunks at an
+    /// isovalue is used instead of the area.
+    pub fn shown_first(&self) -> f64 {
+        shown_first(self.tables.about.range, |c| self.needed_around(&[c]).0 as f64)
     }
 
-    /// The largest rank whose isovalue is at most `isovalue`; the first one below all.
-    pub(super) fn rank_of(&self, isovalue: f64) -> u32 {
-        let n = self.tables.isovalues.partition_point(|&c| c <= isovalue);
-        n.saturating_sub(1) as u32
+    /// The isovalues at which [`SpectrumFile::read_around`] reads the same chunks as for `isovalue`, from the first up to, but not including,
+    /// the second.
+    pub fn same_chunks(&self, isovalue: f64) -> Range<f64> {
+        same_chunks(&self.tables, isovalue)
     }
+}
+
+/// The least interval with some isovalues.
+fn interval(isovalues: &[f64]) -> RangeInclusive<f64> {
+    let low = isovalues.iter().copied().fold(f64::INFINITY, f64::min);
+    low..=isovalues.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
 #[cfg(test)]

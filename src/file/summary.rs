@@ -19,12 +19,14 @@ pub struct Summary {
     pub size: Size,
     /// Bytes of the file.
     pub bytes: u64,
+    /// The number of trees of chunks: one for each brick with triangles.
+    pub n_trees: usize,
 }
 
 impl Summary {
     /// The summary of a spectrum that was read completely from a file of so many bytes.
     pub fn of(spectrum: Spectrum, bytes: u64) -> Summary {
-        Summary { size: Size::of(&spectrum), spectrum, bytes }
+        Summary { size: Size::of(&spectrum), spectrum, bytes, n_trees: 1 }
     }
 
     /// Reads the tables of a file. The checksums of chunks are not checked.
@@ -44,11 +46,12 @@ impl Summary {
     /// [`Error::Input`](crate::Error::Input), also if reading fails.
     pub fn from_reader(file: &mut (impl Read + Seek + Send), length: u64) -> Result<Summary> {
         let source = Seeking::new(file, length);
-        let FileTables { about, size, .. } = FileTables::read(&source)?;
+        let FileTables { about, size, index, .. } = FileTables::read(&source)?;
         Ok(Summary {
             spectrum: Spectrum::new(about, Patch::empty())?,
             size,
             bytes: source.n_bytes(),
+            n_trees: index.n_trees(),
         })
     }
 }

@@ -1,12 +1,12 @@
 //! The small sections: isovalues, events, collapses.
 
-use super::column::{Content, collected, unzigzag, write_column, zigzag};
+use super::column::{Columns, Content, collected, unzigzag, write_column, zigzag};
 use crate::error::{Error, Result};
 use crate::spectrum::{Collapse, Event, EventKind};
 
-/// Section `ISOV`.
-pub(super) fn write_isovalues(isovalues: &[f64]) -> Vec<u8> {
-    let mut bytes = (isovalues.len() as u64).to_le_bytes().to_vec();
+/// Appends the table of isovalues of a tree to the content of section `ISOV`.
+pub(super) fn write_isovalues(bytes: &mut Vec<u8>, isovalues: &[f64]) {
+    bytes.extend((isovalues.len() as u64).to_le_bytes());
     let mut previous = 0;
     let steps: Vec<u64> = isovalues
         .iter()
@@ -15,16 +15,22 @@ pub(super) fn write_isovalues(isovalues: &[f64]) -> Vec<u8> {
             key.wrapping_sub(std::mem::replace(&mut previous, key))
         })
         .collect();
-    write_column(&mut bytes, &steps);
-    bytes
+    write_column(bytes, &steps);
 }
 
-/// Reads section `ISOV`.
-pub(super) fn read_isovalues(content: &Content) -> Result<Vec<f64>> {
+/// Reads section `ISOV`: a table for each tree.
+pub(super) fn read_isovalues(content: &Content) -> Result<Vec<Vec<f64>>> {
     let mut columns = content.columns();
+    let mut tables = vec![read_table(&mut columns)?];
+    while !columns.is_empty() {
+        tables.push(read_table(&mut columns)?);
+    }
+    Ok(tables)
+}
+
+fn read_table(columns: &mut Columns) -> Result<Vec<f64>> {
     let n = columns.count()?;
     let steps = columns.column(n, 64)?;
-    columns.end()?;
     let mut key = 0u64;
     let mut previous = f64::NEG_INFINITY;
     collected(n, |i| {

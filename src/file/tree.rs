@@ -13,13 +13,15 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use super::column::{Content, write_column};
 use crate::error::{Error, Result};
 use crate::spectrum::Triangle;
 
 /// Most triangles in a chunk that is not split further: reading one takes some 40 ms. Half as many make
 /// files 2 % larger.
 const MIN_TRIANGLES: usize = 200_000;
+
+/// The same for a brick.
+const MIN_OF_BRICK: usize = 25_000;
 
 /// A chunk without children has at most one in so many of all triangles, unless it has at most [`MIN_TRIANGLES`]. Limits the number of chunks.
 const MAX_SHARES: usize = 32;
@@ -31,10 +33,6 @@ const MIN_CHILD: f64 = 0.1;
 /// A chunk is not split if more than this share of its triangles would be alive at the pivot: they are read for every rank of the chunk,
 /// and take some 20 % more bytes than in a child.
 const MAX_ALIVE: f64 = 0.15;
-
-/// The work of reading one chunk grows with all chunks above it. The sum over all chunks is at most this many times the whole, plus [`FREE_WORK`].
-const MAX_WORK: u64 = 128;
-const FREE_WORK: u64 = 1 << 20;
 
 /// Most chunks between the root and any other.
 const MAX_DEPTH: usize = 64;
@@ -69,17 +67,6 @@ impl Chunk {
     }
 }
 
-/// What the index says about the content of a chunk.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct ChunkSize {
-    pub(super) vertices: u64,
-    pub(super) knots: u64,
-    pub(super) triangles: u64,
-    /// Bytes of its sections, and their CRC-32.
-    pub(super) bytes: u64,
-    pub(super) crc: u32,
-}
-
 /// All chunks, in pre-order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Tree(Vec<Chunk>);
@@ -93,6 +80,11 @@ impl Tree {
     /// The tree for the lifetimes of triangles, the same for any order of them.
     pub(super) fn of(triangles: &[Triangle], n_ranks: u32) -> Tree {
         Tree::with_chunks_of(MIN_TRIANGLES.max(triangles.len() / MAX_SHARES), triangles, n_ranks)
+    }
+
+    /// The tree for one of several bricks, whose chunks are smaller: those of all bricks at an isovalue are read together.
+    pub(super) fn of_brick(triangles: &[Triangle], n_ranks: u32) -> Tree {
+        Tree::with_chunks_of(MIN_OF_BRICK.max(triangles.len() / MAX_SHARES), triangles, n_ranks)
     }
 
     /// The tree whose chunks are split if they have more triangles than `most`.
@@ -185,52 +177,11 @@ impl Tree {
         before
     }
 
-    /// The content of section `INDX`.
-    pub(super) fn write(&self, sizes: &[ChunkSize]) -> Vec<u8> {
-        let mut bytes = (self.0.len() as u64).to_le_bytes().to_vec();
-        let pivot = |chunk: &Chunk| chunk.pivot.map_or(0, |pivot| u64::from(pivot) + 1);
-        write_column(&mut bytes, &self.0.iter().map(pivot).collect::<Vec<u64>>());
-        for of in [
-            (|size| size.vertices) as fn(&ChunkSize) -> u64,
-            |size| size.knots,
-            |size| size.triangles,
-            |size| size.bytes,
-            |size| size.crc.into(),
-        ] {
-            write_column(&mut bytes, &sizes.iter().map(of).collect::<Vec<u64>>());
-        }
-        bytes
-    }
-
-    /// Reads section `INDX` of a file with so many isovalues.
-    pub(super) fn read(content: &Content, n_ranks: u32) -> Result<(Tree, Vec<ChunkSize>)> {
-        let mut columns = content.columns();
-        let n = columns.count()?;
-        let pivots = columns.column(n, 33)?;
-        let [vertices, knots, triangles, bytes, crc] = [
-            columns.column(n, 32)?,
-            columns.column(n, 32)?,
-            columns.column(n, 32)?,
-            columns.column(n, 62)?,
-            columns.column(n, 32)?,
-        ];
-        columns.end()?;
-        let mut numbers = Vec::with_capacity(n);
-        let mut sizes = Vec::with_capacity(n);
-        for i in 0..n {
-            numbers.push(pivots.get(i)?.checked_sub(1));
-            let (vertices, knots) = (vertices.get(i)?, knots.get(i)?);
-            let (triangles, bytes) = (triangles.get(i)?, bytes.get(i)?);
-            let crc = crc.get(i)? as u32;
-            sizes.push(ChunkSize { vertices, knots, triangles, bytes, crc });
-        }
-        let mut tree = Tree(Vec::with_capacity(n));
-        tree.take(&numbers, 0..n_ranks, 0)?;
-        if tree.0.len() != n {
-            return Err(Error::input(format!("{n} chunks, expected {}", tree.0.len())));
-        }
-        tree.check_work(&sizes)?;
-        Ok((tree, sizes))
+    /// The tree of the first of these chunks, of which each has the rank of its pivot, if it has one.
+    pub(super) fn read(pivots: &[Option<u64>], n_ranks: u32) -> Result<Tree> {
+        let mut tree = Tree(Vec::new());
+        tree.take(pivots, 0..n_ranks, 0)?;
+        Ok(tree)
     }
 
     /// Appends the chunk whose pivot is next, and those below it.
@@ -252,22 +203,6 @@ impl Tree {
             self.take(pivots, pivot + 1..span.end, depth + 1)?;
         }
         self.0[at].end = self.0.len();
-        Ok(())
-    }
-
-    /// Checks that no chunk has much more above it than the whole is large: a small file could make a reader slow.
-    fn check_work(&self, sizes: &[ChunkSize]) -> Result<()> {
-        let size = |i: usize| sizes[i].vertices + sizes[i].knots + sizes[i].triangles;
-        let whole: u64 = (0..sizes.len()).map(size).sum();
-        // What is in a chunk is looked at again for each chunk below it.
-        let work = (0..sizes.len()).map(|i| size(i).saturating_mul((self.0[i].end - i) as u64));
-        let work = work.fold(0u64, u64::saturating_add);
-        if work > FREE_WORK + MAX_WORK.saturating_mul(whole) {
-            return Err(Error::input(format!(
-                "{} chunks, too many for what is above them",
-                self.0.len()
-            )));
-        }
         Ok(())
     }
 }
@@ -346,51 +281,5 @@ mod tests {
                 assert!(!(0..n).any(is_lower), "{common} above {a} and {b}");
             }
         }
-    }
-
-    #[test]
-    fn what_is_written_is_read_and_what_is_no_tree_is_refused() {
-        let (tree, _) = tree(1500, 100);
-        let sizes: Vec<ChunkSize> = (0..tree.0.len() as u64)
-            .map(|i| ChunkSize {
-                vertices: i,
-                knots: 3 * i,
-                triangles: 2 * i,
-                bytes: 100 + i,
-                crc: 7,
-            })
-            .collect();
-        let read = |bytes: Vec<u8>, n: u32| Tree::read(&Content::Plain(bytes.into()), n);
-        let (again, again_sizes) = read(tree.write(&sizes), 1521).expect("as written");
-        assert!(again == tree && again_sizes == sizes);
-        let refused = |mut tree: Tree, change: fn(&mut Vec<Chunk>)| {
-            change(&mut tree.0);
-            let sizes = vec![ChunkSize::default(); tree.0.len()];
-            read(tree.write(&sizes), 1521).expect_err("no tree").to_string()
-        };
-        assert!(refused(tree.clone(), |chunks| chunks.truncate(5)).contains("missing"));
-        let doubled = refused(tree.clone(), |chunks| chunks.push(chunks[0].clone()));
-        assert!(doubled.contains("expected"), "{doubled}");
-        let outside = refused(tree, |chunks| chunks[0].pivot = Some(1520));
-        assert!(outside.contains("pivot at rank 1520"), "{outside}");
-    }
-
-    #[test]
-    fn many_chunks_below_a_large_one_are_refused() {
-        // 60 chunks below a root that has everything.
-        let n = 61;
-        let mut tree = Tree(Vec::new());
-        let pivots: Vec<Option<u64>> =
-            (0..n).map(|i| (i % 2 == 0 && i + 1 < n).then_some(i / 2)).collect();
-        tree.take(&pivots, 0..100, 0).expect("a chain");
-        let mut sizes = vec![ChunkSize::default(); tree.0.len()];
-        sizes[0].knots = 1 << 32;
-        tree.check_work(&sizes).expect("61 times the whole");
-        let error = |factor: usize| {
-            let chunk = Chunk { span: 0..9, pivot: None, end: factor };
-            let sizes = [sizes[0]].into_iter().chain(vec![ChunkSize::default(); factor - 1]);
-            Tree(vec![chunk; factor]).check_work(&sizes.collect::<Vec<_>>())
-        };
-        assert!(error(400).is_err());
     }
 }

@@ -14,11 +14,9 @@ use crate::error::{Error, Result};
 #[derive(Clone, Debug)]
 pub(crate) struct Joiner {
     whole: Patch,
-    seam: Seam,
+    /// Shared vertices by key.
+    seam: HashMap<u64, u32>,
 }
-
-/// Shared vertices by key.
-pub(crate) type Seam = HashMap<u64, u32>;
 
 /// A shared vertex differs between patches: its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +25,7 @@ pub(crate) struct VertexMismatch(pub(crate) [f32; 3]);
 impl Default for Joiner {
     fn default() -> Self {
         let whole = Patch::empty();
-        Joiner { whole, seam: Seam::new() }
+        Joiner { whole, seam: HashMap::new() }
     }
 }
 
@@ -90,14 +88,9 @@ impl Joiner {
         Ok(Ok(()))
     }
 
-    /// Continues with the result of [`Joiner::finish`].
-    pub(crate) fn resume(whole: Patch, seam: Seam) -> Self {
-        Joiner { whole, seam }
-    }
-
-    /// All patches as one, and the shared vertices in it.
-    pub(crate) fn finish(self) -> (Patch, Seam) {
-        let Joiner { mut whole, seam } = self;
+    /// All patches as one.
+    pub(crate) fn finish(self) -> Patch {
+        let Joiner { mut whole, .. } = self;
         let tables = whole.isovalues;
         let mut isovalues = tables.clone();
         isovalues.sort_unstable_by(f64::total_cmp);
@@ -110,7 +103,7 @@ impl Joiner {
             (t.birth, t.death) = (ranks[t.birth as usize], ranks[t.death as usize]);
         }
         whole.isovalues = isovalues;
-        (whole, seam)
+        whole
     }
 }
 

@@ -12,7 +12,7 @@ use eframe::egui;
 
 use crate::error::Result;
 use crate::export::place_in_world;
-use crate::file::{FolderQuery, SpectrumFolder};
+use crate::file::{FileQuery, SpectrumFile};
 use crate::spectrum::{Measures, Mesh, Query, Spectrum};
 use crate::volume::{Placement, between};
 
@@ -26,11 +26,10 @@ pub(super) struct Point {
     pub(super) measures: Measures,
 }
 
-/// Maximum number of triangles of a folder in memory while its curves are computed, in addition to those that are shown and to
-/// those of one mesh.
+/// Maximum number of triangles of a file that is kept in memory as a whole while its curves are computed.
 const MAX_TRIANGLES: u64 = 2_000_000;
 
-/// The meshes of a spectrum or of a folder of parts.
+/// The meshes of a spectrum or of a file.
 #[derive(Debug)]
 pub(super) struct MeshSource {
     query: MeshQuery,
@@ -41,7 +40,7 @@ pub(super) struct MeshSource {
 #[derive(Debug)]
 enum MeshQuery {
     Spectrum(Box<Query<Arc<Spectrum>>>),
-    Folder(Box<FolderQuery>),
+    File(Box<FileQuery>),
 }
 
 impl MeshSource {
@@ -54,24 +53,20 @@ impl MeshSource {
         }
     }
 
-    /// The meshes of a folder of parts.
-    ///
-    /// # Errors
-    ///
-    /// As [`FolderQuery::new`].
-    pub(super) fn of_folder(folder: &SpectrumFolder) -> Result<MeshSource> {
-        let query = FolderQuery::within(folder.clone(), MAX_TRIANGLES)?;
-        Ok(MeshSource {
-            query: MeshQuery::Folder(Box::new(query)),
-            range: folder.whole().range(),
-            placement: folder.whole().volume().placement,
-        })
+    /// The meshes of a file.
+    pub(super) fn of_file(file: &Arc<SpectrumFile>) -> MeshSource {
+        let query = FileQuery::within(file.clone(), MAX_TRIANGLES);
+        MeshSource {
+            query: MeshQuery::File(Box::new(query)),
+            range: file.description().range(),
+            placement: file.description().volume().placement,
+        }
     }
 
     fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut Mesh) -> Result<()> {
         match &mut self.query {
             MeshQuery::Spectrum(query) => query.mesh_at_into(isovalue, mesh),
-            MeshQuery::Folder(query) => query.mesh_at_into(isovalue, mesh),
+            MeshQuery::File(query) => query.mesh_at_into(isovalue, mesh),
         }
     }
 }

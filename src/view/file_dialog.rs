@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{self, Align2, Key, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use super::save;
-use crate::file::is_folder;
 
 /// Extensions of files that can be opened, in lower case.
 const READABLE: [&str; 23] = [
@@ -213,7 +212,7 @@ impl FileDialog {
     }
 }
 
-/// Whether the dialog enters a folder. Otherwise it is a series of slices or the parts of a spectrum, and is opened as a whole.
+/// Whether the dialog enters a folder. Otherwise it is a series of slices, and is opened as a whole.
 fn is_to_be_entered(folder: &Path) -> bool {
     let is_slice = |entry: &Entry| {
         let extension = entry.name.rsplit_once('.').map_or("", |(_, extension)| extension);
@@ -221,7 +220,7 @@ fn is_to_be_entered(folder: &Path) -> bool {
         !entry.is_folder && ["dcm", "ima", "tif", "tiff", "png"].contains(&&*extension)
     };
     let has_no_slices = |entries: Vec<Entry>| !entries.iter().any(is_slice);
-    !is_folder(folder) && entries(folder, Purpose::Open).is_ok_and(has_no_slices)
+    entries(folder, Purpose::Open).is_ok_and(has_no_slices)
 }
 
 /// Folders, then files with a suitable extension, by name; without hidden ones.
@@ -257,10 +256,7 @@ mod tests {
         }
         std::fs::create_dir(folder.path().join("slices")).expect("a folder");
         std::fs::write(folder.path().join("slices/1.dcm"), "x").expect("a file");
-        for name in ["more", "s.ispt"] {
-            std::fs::create_dir(folder.path().join(name)).expect("a folder");
-        }
-        std::fs::write(folder.path().join("s.ispt/index.json"), "x").expect("a file");
+        std::fs::create_dir(folder.path().join("more")).expect("a folder");
         folder
     }
 
@@ -269,7 +265,7 @@ mod tests {
         let folder = folder();
         let dialog = FileDialog::new(Purpose::Open, folder.path(), String::new());
         let names: Vec<&str> = dialog.entries.iter().map(|entry| &*entry.name).collect();
-        assert_eq!(names, ["more", "s.ispt", "slices", "a.NRRD", "b.isp"]);
+        assert_eq!(names, ["more", "slices", "a.NRRD", "b.isp"]);
     }
 
     #[test]
@@ -282,11 +278,9 @@ mod tests {
         assert_eq!(open.accept(), Outcome::Open);
         let message = |dialog: &FileDialog| dialog.message.clone().unwrap_or_default();
         assert!(message(&open).ends_with("none.isp: no such file"));
-        // A folder of slices is a volume, one of parts a spectrum; any other is entered.
-        for name in ["slices", "s.ispt"] {
-            open.name = name.into();
-            assert_eq!(open.accept(), Outcome::Chosen(at(name)));
-        }
+        // A folder of slices is a volume; any other is entered.
+        open.name = "slices".into();
+        assert_eq!(open.accept(), Outcome::Chosen(at("slices")));
         open.name = "more".into();
         assert_eq!((open.accept(), &*open.folder), (Outcome::Open, &*at("more")));
 

@@ -1,7 +1,7 @@
 //! Reading a file, and computing the spectrum of a volume, in a thread with progress.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,9 +9,9 @@ use std::thread;
 
 use eframe::egui;
 
-use super::folder_parts::{FolderParts, MAX_TRIANGLES};
+use super::file_chunks::{FileChunks, MAX_TRIANGLES};
 use crate::error::{Error, Result};
-use crate::file::{self, FolderSpectrum, SpectrumFolder, is_folder, thesis};
+use crate::file::{PartialSpectrum, SpectrumFile, thesis};
 use crate::kernels::{Backend, Choice};
 use crate::progress::Progress;
 use crate::spectrum::Spectrum;
@@ -23,8 +23,8 @@ use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) spectrum: Arc<Spectrum>,
-    /// Of a folder of parts, the loader of its chunks; `spectrum` then has only those at the isovalue.
-    pub(super) parts: Option<FolderParts>,
+    /// Of a large file, the loader of its chunks; `spectrum` then has only those at the isovalue.
+    pub(super) chunks: Option<FileChunks>,
     pub(super) samples: Option<Histogram>,
     pub(super) statistics: Option<Statistics>,
     /// The volume, for colours that need it.
@@ -41,19 +41,22 @@ impl Loaded {
         Loaded::with_isovalue(name, Arc::new(spectrum), volume, isovalue)
     }
 
-    /// Reads the chunks of a folder at the first isovalue.
-    pub(super) fn of_folder(
+    /// Reads a file; of a large one the chunks at the first isovalue.
+    pub(super) fn of_file(
         name: String,
-        folder: SpectrumFolder,
+        file: Arc<SpectrumFile>,
         volume: Option<Arc<Volume>>,
         isovalue: Option<f64>,
     ) -> Result<Loaded> {
-        let isovalue = isovalue.unwrap_or_else(|| folder.shown_first());
-        let mut chunks = FolderSpectrum::within(folder, MAX_TRIANGLES)?;
+        if file.size().triangles <= MAX_TRIANGLES {
+            return Ok(Loaded::new(name, file.read()?, volume));
+        }
+        let isovalue = isovalue.unwrap_or_else(|| file.shown_first());
+        let mut chunks = PartialSpectrum::new(file, MAX_TRIANGLES);
         chunks.read_at(&[isovalue])?;
         let spectrum = chunks.spectrum().clone();
-        let parts = Some(FolderParts::new(chunks));
-        Ok(Loaded { parts, ..Loaded::with_isovalue(name, spectrum, volume, isovalue) })
+        let chunks = Some(FileChunks::new(chunks));
+        Ok(Loaded { chunks, ..Loaded::with_isovalue(name, spectrum, volume, isovalue) })
     }
 
     fn with_isovalue(
@@ -64,7 +67,7 @@ impl Loaded {
     ) -> Loaded {
         let samples = volume.as_deref().map(Histogram::of);
         let statistics = volume.as_deref().map(Statistics::of).or_else(|| spectrum.statistics());
-        Loaded { name, spectrum, parts: None, samples, statistics, volume, isovalue }
+        Loaded { name, spectrum, chunks: None, samples, statistics, volume, isovalue }
     }
 }
 
@@ -154,12 +157,13 @@ fn load(source: LoadSource, parameters: &Parameters, progress: &LoadProgress) ->
     let volume = match source {
         LoadSource::File(path) => {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            if is_folder(&path) {
-                return Loaded::of_folder(name, SpectrumFolder::open(&path)?, None, None);
-            }
-            match read_spectrum(&path)? {
-                Some(spectrum) => return Ok(Loaded::new(name, spectrum, None)),
-                None => read_volume(&path, &ReadOptions::default())?,
+            let extension = path.extension().unwrap_or_default().to_string_lossy();
+            match extension.to_ascii_lowercase().as_str() {
+                "isp" => {
+                    return Loaded::of_file(name, Arc::new(SpectrumFile::open(&path)?), None, None);
+                }
+                "thesis" => return Ok(Loaded::new(name, thesis::read(&path)?, None)),
+                _ => read_volume(&path, &ReadOptions::default())?,
             }
         }
         LoadSource::Volume(volume) => *volume,
@@ -169,14 +173,4 @@ fn load(source: LoadSource, parameters: &Parameters, progress: &LoadProgress) ->
     let backend = Backend::choose(Choice::Auto, None)?;
     let spectrum = sweep::compute(&volume, parameters, &backend, progress)?;
     Ok(Loaded::new(name, spectrum, Some(volume)))
-}
-
-/// The spectrum in a file; `None` if the extension is not that of a spectrum.
-fn read_spectrum(path: &Path) -> Result<Option<Spectrum>> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    match extension.as_str() {
-        "isp" => file::read(path).map(Some),
-        "thesis" => thesis::read(path).map(Some),
-        _ => Ok(None),
-    }
 }

@@ -1,8 +1,9 @@
 //! The initial state of a window.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use crate::file::SpectrumFolder;
+use crate::file::SpectrumFile;
 use crate::render::{Surface, View};
 use crate::spectrum::Spectrum;
 use crate::sweep::Parameters;
@@ -16,8 +17,8 @@ pub enum Content {
     Nothing,
     /// A spectrum and its displayed name.
     Spectrum(String, Box<Spectrum>),
-    /// A folder of parts and its displayed name. Only the chunks that the shown isovalues need are read.
-    Folder(String, Box<SpectrumFolder>),
+    /// A spectrum file and its displayed name. Of a large one only the chunks that the shown isovalues need are read.
+    File(String, Arc<SpectrumFile>),
     /// A volume, whose spectrum is computed in the window.
     Volume(Box<Volume>),
 }
@@ -31,7 +32,7 @@ pub struct Opening {
     pub volume: Option<Volume>,
     /// A second field for colours.
     pub field: Option<Volume>,
-    /// The first isosurface and further pinned ones; if empty, that of [`Spectrum::shown_first`], or of the folder.
+    /// The first isosurface and further pinned ones; if empty, that of [`Spectrum::shown_first`], or of the file.
     pub surfaces: Vec<Surface>,
     /// Isovalues that are offered by name; if empty, suggested ones.
     pub marks: Vec<(f64, String)>,

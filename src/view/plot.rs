@@ -168,14 +168,13 @@ fn legend(ui: &mut Ui, measures: Option<Measures>, visible: &mut VisibleCurves) 
     }
 }
 
-/// The button that computes the curves of a folder, which reads all of it.
+/// The button that computes the curves of a large file, which reads all of it.
 fn curves_button(ui: &mut Ui, scene: &mut Scene) {
-    let Some(folder) = scene.folder().filter(|_| !scene.curves.is_started()) else { return };
-    let megabytes = folder.n_bytes() as f64 / 1e6;
+    let Some(file) = scene.file().filter(|_| !scene.curves.is_started()) else { return };
+    let megabytes = file.n_bytes() as f64 / 1e6;
     if ui.button(format!("compute curves (reads {megabytes:.1} MB)")).clicked()
-        && let Err(error) = scene.start_curves(ui.ctx())
     {
-        log::warn!("{error}");
+        scene.start_curves(ui.ctx());
     }
 }
 

@@ -81,10 +81,10 @@ pub(super) fn mesh(
 /// Writes all shown surfaces as one mesh, without clipping. Returns the number of triangles.
 fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
     let around;
-    let spectrum = match scene.folder() {
+    let spectrum = match scene.file() {
         // Read again, so that the file does not depend on the chunks that happen to be loaded.
-        Some(folder) => {
-            around = folder.read_around(&scene.isovalues())?;
+        Some(file) => {
+            around = file.read_around(&scene.isovalues())?;
             &around
         }
         None => &*scene.spectrum,

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::camera_control::{first_hit, pixel_ray};
 use super::curves::{Curves, MeshSource};
-use super::folder_parts::FolderParts;
+use super::file_chunks::FileChunks;
 use super::loading::Loaded;
 use super::numbers::{step_isovalue, step_size};
 use super::picks::PickedComponents;
@@ -18,7 +18,7 @@ use crate::color::{ColorSources, to_srgb};
 use crate::color_sources;
 use crate::error::Result;
 use crate::export::place_in_world;
-use crate::file::SpectrumFolder;
+use crate::file::SpectrumFile;
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, Surface, View, WINDOW_FORMAT};
 use crate::spectrum::{Measures, Spectrum};
@@ -27,10 +27,10 @@ use crate::volume::{Histogram, Statistics, Volume};
 /// A spectrum and how it is shown.
 pub(super) struct Scene {
     pub(super) name: String,
-    /// Of a folder of parts, the loaded chunks: meshes are complete at the isovalues that `parts` has.
+    /// Of a large file, the loaded chunks: meshes are complete at the isovalues that `chunks` has.
     pub(super) spectrum: Arc<Spectrum>,
-    /// Of a folder of parts, the loader of its chunks.
-    parts: Option<FolderParts>,
+    /// Of a large file, the loader of its chunks.
+    chunks: Option<FileChunks>,
     /// A second field for colours.
     field: Option<Arc<Volume>>,
     pub(super) samples: Option<Histogram>,
@@ -75,7 +75,7 @@ impl Scene {
         field: Option<Arc<Volume>>,
         window: &egui::Context,
     ) -> Result<Self> {
-        let Loaded { name, spectrum, parts, samples, statistics, volume, isovalue } = loaded;
+        let Loaded { name, spectrum, chunks, samples, statistics, volume, isovalue } = loaded;
         let mut sources = ColorSources::default();
         if let Some(field) = &field {
             sources = sources.with_field(color_sources::field(&spectrum, field)?);
@@ -88,8 +88,8 @@ impl Scene {
         events.dedup();
         Ok(Scene {
             name,
-            // The curves of a folder need all of its chunks, so they start on request.
-            curves: if parts.is_some() {
+            // The curves of a file need all of its chunks, so they start on request.
+            curves: if chunks.is_some() {
                 Curves::default()
             } else {
                 Curves::start(MeshSource::of(&spectrum), window)
@@ -106,7 +106,7 @@ impl Scene {
             samples,
             statistics,
             spectrum,
-            parts,
+            chunks,
             field,
             painted: None,
             texture: None,
@@ -115,54 +115,49 @@ impl Scene {
         })
     }
 
-    /// The folder of parts, if the spectrum is one.
-    pub(super) fn folder(&self) -> Option<&SpectrumFolder> {
-        self.parts.as_ref().map(FolderParts::folder)
+    /// The file, if it is too large to be in memory as a whole.
+    pub(super) fn file(&self) -> Option<&Arc<SpectrumFile>> {
+        self.chunks.as_ref().map(FileChunks::file)
     }
 
     /// Whether chunks are being read.
     pub(super) fn is_reading(&self) -> bool {
-        self.parts.as_ref().is_some_and(FolderParts::is_reading)
+        self.chunks.as_ref().is_some_and(FileChunks::is_reading)
     }
 
     /// Whether the chunks of an isovalue are loaded.
     fn has(&self, isovalue: f64) -> bool {
-        self.parts.as_ref().is_none_or(|parts| parts.has(&[isovalue]))
+        self.chunks.as_ref().is_none_or(|chunks| chunks.has(&[isovalue]))
     }
 
-    /// Starts computing the curves of a folder, which reads all of it.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Input`](crate::Error::Input) if the description of the whole spectrum is invalid.
-    pub(super) fn start_curves(&mut self, window: &egui::Context) -> Result<()> {
-        if let Some(folder) = self.folder() {
-            self.curves = Curves::start(MeshSource::of_folder(folder)?, window);
+    /// Starts computing the curves of a file, which reads all of it.
+    pub(super) fn start_curves(&mut self, window: &egui::Context) {
+        if let Some(file) = self.file() {
+            self.curves = Curves::start(MeshSource::of_file(file), window);
         }
-        Ok(())
     }
 
     /// Takes chunks that a thread has read, and requests those that the shown isovalues need. Returns whether all are loaded.
     fn request_chunks(&mut self, window: &egui::Context) -> Result<bool> {
         let isovalues = self.isovalues();
-        let Some(parts) = &mut self.parts else { return Ok(true) };
-        if let Some(spectrum) = parts.poll()? {
+        let Some(chunks) = &mut self.chunks else { return Ok(true) };
+        if let Some(spectrum) = chunks.poll()? {
             self.set_spectrum(spectrum)?;
         }
-        let Some(parts) = &mut self.parts else { return Ok(true) };
-        parts.request(&isovalues, window);
-        Ok(parts.has(&isovalues))
+        let Some(chunks) = &mut self.chunks else { return Ok(true) };
+        chunks.request(&isovalues, window);
+        Ok(chunks.has(&isovalues))
     }
 
     /// Reads the chunks that the shown isovalues need, and waits for them.
     ///
     /// # Errors
     ///
-    /// Those of a folder of parts, and of the device.
+    /// Those of reading a file, and of the device.
     fn read_chunks(&mut self) -> Result<()> {
         let isovalues = self.isovalues();
-        let Some(parts) = &mut self.parts else { return Ok(()) };
-        let spectrum = parts.read_at(&isovalues)?;
+        let Some(chunks) = &mut self.chunks else { return Ok(()) };
+        let spectrum = chunks.read_at(&isovalues)?;
         spectrum.map_or(Ok(()), |spectrum| self.set_spectrum(spectrum))
     }
 

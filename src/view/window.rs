@@ -135,10 +135,10 @@ impl Window {
                 let loaded = Loaded::new(name, *spectrum, volume.map(Arc::new));
                 window.show_first(loaded, &surfaces, marks, context)?;
             }
-            Content::Folder(name, folder) => {
+            Content::File(name, file) => {
                 let volume = volume.map(Arc::new);
                 let isovalue = surfaces.first().map(|first| first.isovalue);
-                let loaded = Loaded::of_folder(name, *folder, volume, isovalue)?;
+                let loaded = Loaded::of_file(name, file, volume, isovalue)?;
                 window.show_first(loaded, &surfaces, marks, context)?;
             }
             Content::Volume(volume) => window.load(LoadSource::Volume(volume), context),

@@ -8,7 +8,7 @@ use crate::common::program::Folder;
 use crate::common::random::Random;
 use crate::common::spectra::{assert_isosurfaces, cpu, in_grey_levels, random_isovalues};
 use isospectrum::bricks::{
-    OpenVolume, Part, Parts, Plan, Survey, VolumeSource, merge, merge_to_folder,
+    OpenVolume, Part, Parts, Plan, Survey, VolumeSource, merge, merge_to_path,
 };
 use isospectrum::spectrum::Spectrum;
 use isospectrum::unstable::sweep::{Block, compute_block};
@@ -240,9 +240,8 @@ fn parts_of_another_volume_or_plan_are_refused() {
     let parts = forged.parts(folder.path());
     let refused = merge(&parts, &forged.opened, &Silent).expect_err("sides that differ");
     assert!(refused.to_string().contains("has another vertex"), "{refused}");
-    std::fs::create_dir(folder.path().join("made")).expect("made");
-    let made = folder.path().join("made");
-    let refused = merge_to_folder(&parts, &forged.opened, &made, None, &Silent);
+    let made = folder.path().join("made.isp");
+    let refused = merge_to_path(&parts, &forged.opened, &made, None, &Silent);
     let refused = refused.expect_err("sides that differ").to_string();
     assert!(refused.contains("has another vertex"), "{refused}");
 }

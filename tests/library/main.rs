@@ -5,7 +5,7 @@ mod common;
 
 mod border;
 mod bricks;
-mod bricks_folder;
+mod bricks_file;
 mod components;
 mod exports;
 mod extraction;

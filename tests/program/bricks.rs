@@ -153,10 +153,8 @@ fn a_full_disk_is_an_error_of_one_line_and_leaves_no_partial_files() {
         one_line(&printed)
     };
     let phantom = "compute --phantom noise:9:4 --backend cpu --brick 4 -q";
-    for name in ["s.isp", "s.ispt"] {
-        assert!(full(&format!("{phantom} -o {name}")).contains(name));
-        assert!(full(&format!("merge p.json -q -o {name}")).contains(name));
-    }
+    assert!(full(&format!("{phantom} -o s.isp")).contains("s.isp"));
+    assert!(full("merge p.json -q -o s.isp").contains("s.isp"));
     assert!(full("merge p.json -q -o /dev/full").contains("/dev/full"));
     let output = folder
         .shell("trap '' XFSZ; ulimit -f 1; \"$0\" compute --plan p.json --backend cpu -q -o new");

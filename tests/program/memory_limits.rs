@@ -66,7 +66,7 @@ fn an_allocation_that_fails_in_spite_of_the_forecast_is_no_crash() {
 #[test]
 fn phantoms_beyond_a_limit_of_memory_are_computed_in_bricks() {
     let folder = Folder::new();
-    let compute = ["compute", "--phantom", "blobs:40", "--backend", "cpu", "-o", "o.ispt"];
+    let compute = ["compute", "--phantom", "blobs:40", "--backend", "cpu", "-o", "o.isp"];
     let output = folder.run(&[&compute[..], &["--max-memory", "70MB"]].concat());
     let printed = stderr(&output);
     assert!(printed.contains("in 8 bricks of about 16^3"), "{printed}");

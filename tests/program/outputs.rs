@@ -141,24 +141,28 @@ fn a_link_stays_a_link_and_its_target_is_written() {
     }
 }
 
-/// The arguments that compute a small folder of parts.
+/// The arguments that compute a small spectrum in bricks, in a folder next to it.
 const PARTS: [&str; 8] =
     ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "4", "-q"];
 
+/// A command that computes in bricks.
+fn in_bricks(name: &str) -> Vec<&str> {
+    [&PARTS[..], &["-o", name]].concat()
+}
+
 /// A command that writes a folder.
 fn to_folder<'a>(command: &[&'a str], name: &'a str) -> Vec<&'a str> {
-    let output = if command[0] == "html" { "--split" } else { "-o" };
-    [command, &[output, name]].concat()
+    [command, &["--split", name]].concat()
 }
 
 /// A command that writes a folder, the folder's name, and the name of its index.
 type Written = (Vec<&'static str>, &'static str, &'static str);
 
-/// A folder of parts, `x.ispt`, and a split page, `site`.
-fn with_written_folders() -> (Folder, [Written; 2]) {
+/// A split page, `site`.
+fn with_written_folders() -> (Folder, [Written; 1]) {
     let folder = Folder::with_spectrum();
     let html = vec!["html", "s.isp", "-q"];
-    let written = [(PARTS.to_vec(), "x.ispt", "index.json"), (html, "site", "index.html")];
+    let written = [(html, "site", "index.html")];
     for (command, name, _) in &written {
         folder.run(&to_folder(command, name));
     }
@@ -197,7 +201,7 @@ fn a_folder_with_files_of_others_is_not_replaced() {
         refused("nested");
         assert_eq!(folder.read(&inner("nested/notes.txt")), b"mine");
         std::fs::remove_dir_all(at(&inner("nested"))).expect("there");
-        let listed = if *index == "index.json" { "000000-000.isp" } else { "000.bin" };
+        let listed = "000.bin";
         let bytes = folder.read(&inner(listed));
         std::fs::remove_file(at(&inner(listed))).expect("there");
         std::fs::create_dir(at(&inner(listed))).expect("made");
@@ -238,31 +242,20 @@ fn a_folder_with_files_of_others_is_not_replaced() {
 #[test]
 fn a_folder_that_contains_an_input_is_no_output() {
     let (folder, _) = with_written_folders();
-    let volume = write_volume(&folder, "x.ispt/v_4x4x4_uint8.raw");
-    let raw = "x.ispt/v_4x4x4_uint8.raw";
-    for arguments in [
-        &["compute", raw, "--brick", "4", "-o", "x.ispt"][..],
-        &["html", "x.ispt", "--split", "x.ispt"],
-        &["html", "s.isp", "--volume", raw, "--split", "./x.ispt"],
-    ] {
-        let line = folder.fails(arguments, 2);
-        assert!(line.contains("x.ispt"), "{line}");
-    }
+    let volume = write_volume(&folder, "site/v_4x4x4_uint8.raw");
+    let raw = "site/v_4x4x4_uint8.raw";
+    let line = folder.fails(&["html", "s.isp", "--volume", raw, "--split", "./site"], 2);
+    assert!(line.contains("site"), "{line}");
     assert_eq!(folder.read(raw), volume);
 }
 
 #[test]
 fn a_folder_replaces_another_of_its_kind_and_nothing_is_left_over() {
     let (folder, written) = with_written_folders();
-    let n = contents(&folder, "x.ispt").len();
     let names = folder.names();
-    // Fewer parts, and fewer files.
-    folder.run(&["compute", "--phantom", "noise:9:4", "--backend", "cpu", "-q", "-o", "x.ispt"]);
-    assert!(contents(&folder, "x.ispt").len() < n);
-    folder.run(&["verify", "x.ispt", "--phantom", "noise:9:4", "--n", "2"]);
     // A folder that has lost a file is replaced by a complete one.
     std::fs::remove_file(folder.path().join("site/000.bin")).expect("there");
-    folder.run(&to_folder(&written[1].0, "site"));
+    folder.run(&to_folder(&written[0].0, "site"));
     assert!(!folder.read("site/000.bin").is_empty());
     assert_eq!(folder.names(), names);
 }
@@ -289,7 +282,7 @@ fn a_link_to_a_folder_stays_a_link_and_the_folder_is_written() {
         assert!(line.starts_with(name) && line.contains("notes.txt"), "{line}");
     }
     let left = std::fs::read_dir(at("far")).expect("readable").count();
-    assert_eq!(left, 2, "only the two folders");
+    assert_eq!(left, 1, "only the folder");
 }
 
 #[cfg(unix)]
@@ -302,7 +295,7 @@ fn the_folder_of_a_killed_run_is_removed_by_the_next_one_but_not_that_of_a_livin
     };
     let mut child = std::process::Command::new(program::path())
         .args(["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "--brick", "24"])
-        .args(["-o", "x.ispt", "-v"])
+        .args(["-o", "x.isp", "-v"])
         .current_dir(folder.path())
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::piped())
@@ -313,7 +306,7 @@ fn the_folder_of_a_killed_run_is_removed_by_the_next_one_but_not_that_of_a_livin
     assert!(lines.any(|line| line.is_ok_and(|line| line.contains("bricks of about"))));
     let of_child = hidden();
     assert_eq!(of_child.len(), 1, "{of_child:?}");
-    folder.run(&to_folder(&PARTS, "x.ispt"));
+    folder.run(&in_bricks("x.isp"));
     assert_eq!(hidden(), of_child, "the run is alive");
     child.kill().expect("killed");
     child.wait().expect("ended");
@@ -321,14 +314,14 @@ fn the_folder_of_a_killed_run_is_removed_by_the_next_one_but_not_that_of_a_livin
     // Files of others, another output, and what has no lock.
     folder.write(".isospectrum-mine.part", b"mine");
     std::fs::create_dir(folder.path().join(".isospectrum-2.part")).expect("made");
-    folder.run(&to_folder(&PARTS, "y.ispt"));
+    folder.run(&in_bricks("y.isp"));
     assert!(hidden().contains(&of_child[0]), "another output");
     let foreign = format!("{}/notes.txt", of_child[0]);
     folder.write(&foreign, b"mine");
-    folder.run(&to_folder(&PARTS, "x.ispt"));
+    folder.run(&in_bricks("x.isp"));
     assert_eq!(folder.read(&foreign), b"mine");
     std::fs::remove_file(folder.path().join(&foreign)).expect("there");
-    folder.run(&to_folder(&PARTS, "x.ispt"));
+    folder.run(&in_bricks("x.isp"));
     assert_eq!(hidden(), [".isospectrum-2.part", ".isospectrum-mine.part"]);
 }
 

@@ -183,8 +183,8 @@ def compute(
     report: Report,
 ) -> _native.Spectrum:
     """Compute the spectrum of an array in bricks; `runs` is backend, adapter and threads of the sweeps."""
-    if to is not None and os.path.splitext(os.fspath(to))[1] not in (".isp", ".ispt"):
-        raise UsageError(f"{os.fspath(to)}: expected a name that ends in .isp or .ispt")
+    if to is not None and os.path.splitext(os.fspath(to))[1] != ".isp":
+        raise UsageError(f"{os.fspath(to)}: expected a name that ends in .isp")
     if nan_as is not None and not np.isfinite(nan_as):
         raise UsageError(f"nan_as {nan_as}, expected a finite number")
     blocks = Blocks(array)

@@ -113,8 +113,8 @@ def compute(
     parts
         Folder for the parts of these bricks, where complete parts are reused; by default a temporary one.
     to
-        File (``.isp``) or folder of parts (``.ispt``) to write. With a folder neither the spectrum nor the array needs to fit in memory:
-        with ``client``, ``parts`` or ``to`` a chunked array is never loaded as a whole.
+        File (``.isp``) to write. Neither the spectrum nor the array needs to fit in memory: with ``client``, ``parts`` or ``to`` a
+        chunked array is never loaded as a whole.
     level, channel, frame
         Level of an OME-Zarr image's pyramid (0 is the finest), its channel, and its frame in time.
     slices
@@ -203,8 +203,8 @@ def compute(
 
 
 def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)
-    """Open a spectrum in a file (``.isp`` or ``.thesis``) or a folder of parts (``.ispt``). Chunks of a ``.isp`` file and parts of a folder are
-    read when a mesh needs them, and a limited number is kept in memory; a damaged one is an error then.
+    """Open a spectrum in a file (``.isp`` or ``.thesis``). Chunks of a ``.isp`` file are read when a mesh needs them, and a limited number is
+    kept in memory; a damaged one is an error then.
 
     Raises
     ------

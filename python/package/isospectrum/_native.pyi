@@ -59,7 +59,7 @@ class Picture:
 
 @final
 class Spectrum:
-    """A spectrum, or a folder of its parts, and the index for queries, which is built on first use."""
+    """A spectrum in memory or in a file, and the index for queries, which is built on first use."""
 
     @staticmethod
     def open(path: str) -> Spectrum: ...

@@ -4,7 +4,7 @@ use isospectrum::Forecast;
 use isospectrum::Parameters;
 use isospectrum::Prepared;
 use isospectrum::Progress as _;
-use isospectrum::bricks::{Plan, SIDE, Strategy, Survey, VolumeSource, is_divisible, side_within};
+use isospectrum::bricks::{Plan, Strategy, Survey, VolumeSource, is_divisible, side_within};
 
 use crate::cli::bricks::InBricks;
 use crate::cli::budget::{BudgetArguments, Limit};
@@ -24,8 +24,6 @@ pub(super) struct Request<'a> {
     pub(super) budget: &'a BudgetArguments,
     /// Cells along the side of a brick, if given.
     pub(super) brick: Option<usize>,
-    /// True if the output is a folder of parts.
-    pub(super) is_folder: bool,
     pub(super) quiet: bool,
 }
 
@@ -46,9 +44,7 @@ impl Request<'_> {
     /// Chooses bricks if they are requested, or if the whole volume is expected to exceed the memory.
     pub(super) fn way(&self) -> anyhow::Result<Way> {
         let limit = self.budget.limit();
-        // Without a flag, the forecast of a large volume is not worth its time: bricks of the default side fit most machines.
-        let default_side = (self.is_folder && !self.budget.is_memory_given()).then_some(SIDE);
-        if let Some(side) = self.brick.or(default_side) {
+        if let Some(side) = self.brick {
             return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None, side)?)));
         }
         let source = self.volume.source()?;
@@ -75,7 +71,7 @@ impl Request<'_> {
         let prepared = Prepared::of(volume, preparation, cleaned);
         let volume = prepared.volume();
         let parameters = self.parameters.settings().resolve(volume.range(), prepared.samples())?;
-        if !is_divisible(volume.dims(), &parameters) && !self.is_folder {
+        if !is_divisible(volume.dims(), &parameters) {
             self.budget.check_least(volume)?;
         }
         let bar = Bar::new(self.quiet);
@@ -83,8 +79,6 @@ impl Request<'_> {
         let strategy = Strategy::choose(&prepared, &parameters, limit.map(|limit| limit.bytes))?;
         drop(bar);
         let (expected_memory, side) = match strategy {
-            // A folder has parts, however small the volume is.
-            Strategy::Whole(_) if self.is_folder => (0.0, SIDE),
             Strategy::Whole(forecast) => {
                 self.budget.check(volume.name(), &forecast)?;
                 return Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })));

@@ -4,6 +4,8 @@ use std::sync::{Arc, LazyLock};
 
 use super::*;
 use crate::file::FileQuery;
+use crate::file::container::write_end;
+use crate::file::index::Index;
 use crate::kernels::{Backend, Choice};
 use crate::progress::Silent;
 use crate::random::Random;
@@ -26,18 +28,17 @@ fn computed() -> (Spectrum, Vec<u8>) {
     let spectrum = spectrum.quantised();
     let n_ranks = spectrum.isovalues().len() as u32;
     let tree = Tree::with_chunks_of(500, spectrum.triangles(), n_ranks);
-    let units = Units::of_file(spectrum.tolerance());
-    let encoded = encode(spectrum, &tree, units).expect("a mesh");
-    let Written { bytes, spectrum, .. } = written(&tree, encoded).expect("a short description");
+    let Written { bytes, spectrum, .. } = written(tree, spectrum).expect("a short description");
     let tables = FileTables::read(&&bytes[..]).expect("just written");
-    assert!(tables.sizes.len() >= 9, "{} chunks", tables.sizes.len());
+    let n_chunks = tables.index.sizes().len();
+    assert!(n_chunks >= 9, "{n_chunks} chunks");
     (spectrum, bytes)
 }
 
 /// The file with some bytes of chunks replaced, and checksums that fit.
 fn with_chunks(bytes: &[u8], tables: &FileTables, chunks: &[Vec<u8>]) -> Vec<u8> {
     let mut file = bytes[..16].to_vec();
-    let mut sizes = tables.sizes.clone();
+    let mut sizes = tables.index.sizes().to_vec();
     for (size, chunk) in sizes.iter_mut().zip(chunks) {
         (size.bytes, size.crc) = (chunk.len() as u64, crc32fast::hash(chunk));
         file.extend(chunk);
@@ -49,8 +50,15 @@ fn with_chunks(bytes: &[u8], tables: &FileTables, chunks: &[Vec<u8>]) -> Vec<u8>
         super::super::section::split_section(&mut rest, tag).expect("just written");
     }
     file.extend(&start[..start.len() - rest.len()]);
-    super::super::container::write_end(&mut file, &tables.tree, &sizes, position);
+    let mut index = Index::default();
+    index.push(tree_of(tables).clone(), sizes);
+    write_end(&mut file, &index, position as u64);
     file
+}
+
+/// The tree of a file that has one.
+fn tree_of(tables: &FileTables) -> &Tree {
+    tables.index.trees().next().expect("one").tree
 }
 
 fn chunks_of(bytes: &[u8], tables: &FileTables) -> Vec<Vec<u8>> {
@@ -64,9 +72,7 @@ fn a_file_of_many_chunks_is_read_as_written_and_written_again() {
     let (spectrum, bytes, tables) = in_chunks();
     let read = from_bytes(&bytes).expect("just written");
     assert!(read == spectrum);
-    let units = Units::of_file(read.tolerance());
-    let again = encode(read, &tables.tree, units).expect("a mesh");
-    assert!(written(&tables.tree, again).expect("a file").bytes == bytes);
+    assert!(written(tree_of(&tables).clone(), read).expect("a file").bytes == bytes);
 }
 
 #[test]
@@ -78,8 +84,7 @@ fn chunks_at_an_isovalue_give_the_mesh_of_the_whole() {
     let of_table = spectrum.isovalues().iter().copied().step_by(13);
     let (mut n_read, mut n_meshes) = (0, 0);
     for c in between.chain(of_table).filter(|c| (low..=high).contains(c)) {
-        let rank = spectrum.rank_at(c).expect("inside");
-        let patch = patch(&tables, &&bytes[..], rank..=rank).expect("just written");
+        let patch = read_patch(&tables, &&bytes[..], c..=c).expect("just written");
         let part = Spectrum::new(tables.about.clone(), patch).expect("valid");
         n_read += part.triangles().len();
         n_meshes += 1;
@@ -113,16 +118,16 @@ fn a_query_of_a_file_gives_the_meshes_of_the_whole_in_any_order() {
 #[test]
 fn a_damaged_chunk_is_named_and_the_others_still_give_meshes() {
     let (spectrum, mut bytes, tables) = in_chunks();
-    let last = tables.sizes.len() - 1;
+    let last = tables.places.len() - 1;
     bytes[tables.places[last].start as usize + 40] ^= 4;
     let error = from_bytes(&bytes).expect_err("damaged").to_string();
-    let span = &tables.tree.chunks()[last].span;
+    let span = &tree_of(&tables).chunks()[last].span;
     let [from, to] = [span.start, span.end - 1].map(|rank| spectrum.isovalues()[rank as usize]);
     let expected =
         format!("chunk {last} (isovalues {from} to {to}): damaged: its checksum is wrong");
     assert_eq!(error, expected);
-    let below = span.start - 1;
-    let patch = patch(&tables, &&bytes[..], below..=below).expect("another chunk");
+    let below = spectrum.isovalues()[span.start as usize - 1];
+    let patch = read_patch(&tables, &&bytes[..], below..=below).expect("another chunk");
     Spectrum::new(tables.about.clone(), patch).expect("valid");
 }
 

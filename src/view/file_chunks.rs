@@ -1,4 +1,4 @@
-//! The loaded chunks of a folder of parts. A thread reads chunks when the shown isovalues need them.
+//! The loaded chunks of a spectrum file. A thread reads chunks when the shown isovalues need them.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -8,20 +8,20 @@ use std::thread;
 use eframe::egui;
 
 use crate::error::{Error, Result};
-use crate::file::{FolderSpectrum, SpectrumFolder};
+use crate::file::{PartialSpectrum, SpectrumFile};
 use crate::spectrum::Spectrum;
 
-/// Maximum number of triangles in memory, not counting those that are shown. Every new chunk uploads all of them again, within
-/// a frame: about a tenth of a second for this number.
+/// Maximum number of triangles of a file that is read as a whole: they are uploaded within a frame, about a tenth of a second for
+/// this number.
 pub(super) const MAX_TRIANGLES: u64 = 2_000_000;
 
 /// The chunks after reading, and the result of reading.
-type ReadResult = (Box<FolderSpectrum>, Result<()>);
+type ReadResult = (Box<PartialSpectrum>, Result<()>);
 
-/// The loaded chunks of a folder of parts.
+/// The loaded chunks of a spectrum file.
 #[derive(Debug)]
-pub(super) struct FolderParts {
-    folder: SpectrumFolder,
+pub(super) struct FileChunks {
+    file: Arc<SpectrumFile>,
     state: State,
     /// The isovalues of the last request.
     requested: Vec<f64>,
@@ -30,21 +30,21 @@ pub(super) struct FolderParts {
 
 #[derive(Debug)]
 enum State {
-    Idle(Box<FolderSpectrum>),
+    Idle(Box<PartialSpectrum>),
     /// A thread reads, and owns the chunks meanwhile.
     Reading(Receiver<ReadResult>),
 }
 
-impl FolderParts {
-    pub(super) fn new(chunks: FolderSpectrum) -> FolderParts {
-        let folder = chunks.folder().clone();
+impl FileChunks {
+    pub(super) fn new(chunks: PartialSpectrum) -> FileChunks {
+        let file = chunks.file().clone();
         let state = State::Idle(Box::new(chunks));
-        FolderParts { folder, state, requested: Vec::new(), has_failed: false }
+        FileChunks { file, state, requested: Vec::new(), has_failed: false }
     }
 
-    /// The folder.
-    pub(super) fn folder(&self) -> &SpectrumFolder {
-        &self.folder
+    /// The file.
+    pub(super) fn file(&self) -> &Arc<SpectrumFile> {
+        &self.file
     }
 
     /// Whether the chunks of some isovalues are loaded.
@@ -82,7 +82,7 @@ impl FolderParts {
     ///
     /// # Errors
     ///
-    /// As [`FolderSpectrum::read_at`].
+    /// As [`PartialSpectrum::read_at`].
     pub(super) fn poll(&mut self) -> Result<Option<Arc<Spectrum>>> {
         let State::Reading(receiver) = &self.state else { return Ok(None) };
         match receiver.try_recv() {
@@ -96,7 +96,7 @@ impl FolderParts {
     ///
     /// # Errors
     ///
-    /// As [`FolderSpectrum::read_at`].
+    /// As [`PartialSpectrum::read_at`].
     pub(super) fn read_at(&mut self, isovalues: &[f64]) -> Result<Option<Arc<Spectrum>>> {
         let mut spectrum = None;
         if let State::Reading(receiver) = &self.state {
@@ -123,7 +123,7 @@ impl FolderParts {
 
     /// Starts without chunks after the thread has lost them.
     fn reset(&mut self) -> Result<Arc<Spectrum>> {
-        let chunks = FolderSpectrum::within(self.folder.clone(), MAX_TRIANGLES)?;
+        let chunks = PartialSpectrum::new(self.file.clone(), MAX_TRIANGLES);
         self.finish_reading((Box::new(chunks), Ok(())))
     }
 }
