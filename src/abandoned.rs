@@ -202,14 +202,14 @@ mod tests {
         let parent = tempfile::tempdir().expect("a folder");
         let killed = parent.path().join(".isospectrum-1.part");
         fs::create_dir_all(killed.join(REPLACED)).expect("made");
-        fs::write(killed.join(LOCK), "a.ispt").expect("written");
+        fs::write(killed.join(LOCK), "a.isp").expect("written");
         fs::write(killed.join("000000.part"), "part").expect("written");
-        remove_abandoned(parent.path(), OsStr::new("a.ispt"), parent.path());
+        remove_abandoned(parent.path(), OsStr::new("a.isp"), parent.path());
         assert!(killed.join("000000.part").exists());
         fs::rename(killed.join(REPLACED), killed.join("removed")).expect("renamed");
-        remove_abandoned(parent.path(), OsStr::new("b.ispt"), parent.path());
+        remove_abandoned(parent.path(), OsStr::new("b.isp"), parent.path());
         assert!(killed.exists());
-        remove_abandoned(parent.path(), OsStr::new("a.ispt"), parent.path());
+        remove_abandoned(parent.path(), OsStr::new("a.isp"), parent.path());
         assert!(!killed.exists());
     }
 

@@ -248,7 +248,7 @@ mod tests {
 
     /// A target with one file, and a temporary folder with a new one, `made`.
     fn old_and_new(parent: &Path) -> (PathBuf, TemporaryFolder) {
-        let target = parent.join("a.ispt");
+        let target = parent.join("a.isp");
         fs::create_dir(&target).expect("made");
         fs::write(target.join("old"), "old").expect("written");
         let work = TemporaryFolder::next_to_folder(&target, own).expect("a folder");
@@ -278,7 +278,7 @@ mod tests {
         assert_eq!((names(&target), names(&old)), (vec!["new".to_owned()], vec!["old".to_owned()]));
         remove_files(&old, &["old".to_owned(), "missing".to_owned()]).expect("removed");
         drop(work);
-        assert_eq!(names(parent.path()), ["a.ispt"]);
+        assert_eq!(names(parent.path()), ["a.isp"]);
         // If there is nothing new to rename, the old folder is back at its place.
         let mut work = TemporaryFolder::next_to(&parent.path().join("b")).expect("a folder");
         let none = parent.path().join("none");
@@ -317,7 +317,7 @@ mod tests {
         let refused = work.move_folder("made", &target, own).expect_err("not of this program");
         assert!(refused.to_string().contains("did not write mine in it"), "{refused}");
         assert_eq!(names(&target), ["mine", "old"]);
-        assert_eq!(names(parent.path()), ["a.ispt"]);
+        assert_eq!(names(parent.path()), ["a.isp"]);
 
         let mut work = TemporaryFolder::next_to(&parent.path().join("b")).expect("a folder");
         let old = work.path().join("old");

@@ -39,7 +39,7 @@ pub(crate) fn write_file(py: Python<'_>, path: PathBuf, bytes: &[u8]) -> PyResul
 
 #[pymethods]
 impl Spectrum {
-    /// Opens a spectrum file or a folder of parts.
+    /// Opens a spectrum file.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         watched(py, None, move |_| Handle::open(&path)).map(Spectrum::of)

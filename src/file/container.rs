@@ -175,6 +175,12 @@ impl FileTables {
         if !rest.is_empty() {
             return Err(trailing_bytes(rest.len() as u64));
         }
+        if index.n_trees() > 1 && !collapses.is_empty() {
+            let (n, n_trees) = (collapses.len(), index.n_trees());
+            return Err(Error::input(format!(
+                "section COLL: {n} collapses of {n_trees} trees, expected one tree"
+            )));
+        }
         let places = places(index.sizes(), position)?;
         check_size(&info.size, &size_of(index.sizes(), &info.size))?;
         let (size, about) = (info.size, info.into_about(events));

@@ -7,7 +7,7 @@
 mod common;
 
 mod files;
-mod folder;
+mod large_file;
 mod input;
 mod panel;
 mod pictures;
