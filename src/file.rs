@@ -46,8 +46,8 @@ pub use crate::atomic_file::{
 pub use crate::atomic_folder::TemporaryFolder;
 pub use file_query::FileQuery;
 pub use header::{MAGIC, VERSION};
-pub(crate) use parts::Parts;
 pub use partial_spectrum::PartialSpectrum;
+pub(crate) use parts::Parts;
 pub use spectrum_file::{
     SpectrumFile, Written, from_bytes, in_file_order, into_bytes, read, to_bytes, write,
 };

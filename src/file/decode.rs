@@ -10,9 +10,9 @@ use super::index::{ChunkSize, IndexedTree};
 use super::path::Path;
 use super::predict::Surroundings;
 use super::samples::Samples;
+use super::seam::read_seam;
 use super::section::{MAX_NUMBERS_PER_BYTE_OF_CHUNK, Section, split_section};
 use super::trajectories::{Ranks, read_ranks};
-use super::seam::read_seam;
 use super::triangles::{ChunkTables, TriangleColumns, read_triangles};
 use super::units::Units;
 use crate::error::{Error, Result};
@@ -195,7 +195,8 @@ impl Decoder<'_, '_> {
         let max_unused = sections.max_unused(self.n_chunks)?;
         let chunk = &self.tree.tree.chunks()[i];
         let n_isovalues = self.isovalues.len() as u32;
-        let above = self.tree.tree.above(i).map(|above| self.sizes()[above].vertices).sum::<u64>() as u32;
+        let above =
+            self.tree.tree.above(i).map(|above| self.sizes()[above].vertices).sum::<u64>() as u32;
         let triangles = || {
             let content = sections.triangles.content()?;
             TriangleColumns::unpack(&content, chunk, above, n_isovalues).map_err(in_section("TRIA"))

@@ -66,11 +66,7 @@ pub(super) fn read_patch(
 }
 
 /// The bytes of a chunk, whose checksum is that of the index.
-fn chunk_bytes<'a>(
-    tables: &FileTables,
-    source: &'a dyn Source,
-    i: usize,
-) -> Result<Cow<'a, [u8]>> {
+fn chunk_bytes<'a>(tables: &FileTables, source: &'a dyn Source, i: usize) -> Result<Cow<'a, [u8]>> {
     let place = &tables.places[i];
     let bytes = source.bytes(place.start, place.end - place.start)?;
     if crc32fast::hash(&bytes) == tables.index.sizes()[i].crc {

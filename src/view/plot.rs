@@ -172,8 +172,7 @@ fn legend(ui: &mut Ui, measures: Option<Measures>, visible: &mut VisibleCurves) 
 fn curves_button(ui: &mut Ui, scene: &mut Scene) {
     let Some(file) = scene.file().filter(|_| !scene.curves.is_started()) else { return };
     let megabytes = file.n_bytes() as f64 / 1e6;
-    if ui.button(format!("compute curves (reads {megabytes:.1} MB)")).clicked()
-    {
+    if ui.button(format!("compute curves (reads {megabytes:.1} MB)")).clicked() {
         scene.start_curves(ui.ctx());
     }
 }

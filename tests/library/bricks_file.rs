@@ -237,9 +237,15 @@ fn all_commands_take_a_file_of_bricks() {
     folder.run(&["convert", "s.isp", "one.isp"]);
     let info = |name: &str| json(&folder.run(&["info", name, "--json"]));
     let (bricks, one) = (info("s.isp"), info("one.isp"));
-    for key in
-        ["n_vertices", "n_knots", "n_triangles", "n_isovalues", "gpu_memory", "events", "parameters"]
-    {
+    for key in [
+        "n_vertices",
+        "n_knots",
+        "n_triangles",
+        "n_isovalues",
+        "gpu_memory",
+        "events",
+        "parameters",
+    ] {
         assert_eq!(bricks[key], one[key], "{key}");
     }
     assert_eq!((&bricks["n_parts"], &one["n_parts"]), (&8.into(), &1.into()));

@@ -7,8 +7,8 @@
 mod common;
 
 mod files;
-mod large_file;
 mod input;
+mod large_file;
 mod panel;
 mod pictures;
 mod pointing;
