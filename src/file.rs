@@ -32,6 +32,7 @@ mod section;
 mod source;
 mod spectrum_file;
 mod summary;
+mod table_places;
 mod tables;
 pub mod thesis;
 mod trajectories;
@@ -56,4 +57,5 @@ pub use spectrum_file::{
     SpectrumFile, Written, from_bytes, in_file_order, into_bytes, read, to_bytes, write,
 };
 pub use summary::Summary;
+pub(crate) use table_places::TablePlaces;
 pub(crate) use units::Units;
