@@ -96,6 +96,11 @@ class Living extends Holes {
     /** Notes in `ends` the triangles of the chunk that end at a rank, and opens gates around the holes that all leave. */
     end(rank, ended, explicit, ends) {
         const { own, owners } = this;
+        // At most ranks of one chunk nothing ends.
+        if ([ended, explicit, this.born, this.died].every(({ newest }) => newest[rank] === NONE)) {
+            this.clearGates();
+            return;
+        }
         const dying = this.dying(rank, ended.at(rank), Array.from(explicit.at(rank), (t) => own[t]));
         for (const t of dying) if (owners[t] !== NONE) ends[owners[t]] = rank;
         this.openGates(dying);

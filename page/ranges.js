@@ -29,20 +29,19 @@ class LinkedFile {
     /** The bytes from one position up to another. */
     async bytes(from, end, signal) {
         const { url } = this.link;
-        let response;
+        let [status, bytes] = [0, null];
         try {
-            response = await fetch(this.address, { headers: { Range: `bytes=${from}-${end - 1}` }, signal });
+            const response = await fetch(this.address, { headers: { Range: `bytes=${from}-${end - 1}` }, signal });
+            ({ status } = response);
+            if (status === 206) bytes = new Uint8Array(await response.arrayBuffer());
+            else response.body?.cancel();
         } catch {
             const isLocal = this.address.startsWith("file:");
             throw new Error(`${url}: ${isLocal ? "a page that is opened from a disk may not read it; it needs a server" : "no answer"}`);
         }
-        const { status } = response;
-        if (status !== 206) {
-            response.body?.cancel();
-            if (status === 416) throw new Error(`${url}: not the file of this page`);
-            throw new Error(`${url}: status ${status}, expected 206${status === 200 ? "; the server does not answer range requests" : ""}`);
-        }
-        return new Uint8Array(await response.arrayBuffer());
+        if (bytes) return bytes;
+        if (status === 416) throw new Error(`${url}: not the file of this page`);
+        throw new Error(`${url}: status ${status}, expected 206${status === 200 ? "; the server does not answer range requests" : ""}`);
     }
 
     /** The tables; a request that failed is sent again the next time. */
@@ -141,7 +140,7 @@ class LinkedFile {
             }
         }
         const stored = bytes.subarray(from - start);
-        if (stored.length !== n || crc32Of(stored) !== crc) throw new Error(`${url}: chunk ${number} is damaged: its checksum is wrong`);
+        if (stored.length !== n || crc32Of(stored) !== crc) throw new Error(`${url}: chunk ${number} is damaged, or of another file: its checksum is wrong`);
         return stored;
     }
 

@@ -147,18 +147,16 @@ const PARTS: [&str; 8] =
 
 /// A command that writes a folder.
 fn to_folder<'a>(command: &[&'a str], name: &'a str) -> Vec<&'a str> {
-    let output = if command[0] == "html" { "--split" } else { "-o" };
-    [command, &[output, name]].concat()
+    [command, &["-o", name]].concat()
 }
 
 /// A command that writes a folder, the folder's name, and the name of its index.
 type Written = (Vec<&'static str>, &'static str, &'static str);
 
-/// A folder of parts, `x.ispt`, and a split page, `site`.
-fn with_written_folders() -> (Folder, [Written; 2]) {
+/// A folder of parts, `x.ispt`.
+fn with_written_folders() -> (Folder, [Written; 1]) {
     let folder = Folder::with_spectrum();
-    let html = vec!["html", "s.isp", "-q"];
-    let written = [(PARTS.to_vec(), "x.ispt", "index.json"), (html, "site", "index.html")];
+    let written = [(PARTS.to_vec(), "x.ispt", "index.json")];
     for (command, name, _) in &written {
         folder.run(&to_folder(command, name));
     }
@@ -197,7 +195,7 @@ fn a_folder_with_files_of_others_is_not_replaced() {
         refused("nested");
         assert_eq!(folder.read(&inner("nested/notes.txt")), b"mine");
         std::fs::remove_dir_all(at(&inner("nested"))).expect("there");
-        let listed = if *index == "index.json" { "000000-000.isp" } else { "000.bin" };
+        let listed = "000000-000.isp";
         let bytes = folder.read(&inner(listed));
         std::fs::remove_file(at(&inner(listed))).expect("there");
         std::fs::create_dir(at(&inner(listed))).expect("made");
@@ -223,16 +221,6 @@ fn a_folder_with_files_of_others_is_not_replaced() {
         folder.write(&inner(index), &bytes);
         folder.run(&to_folder(command, name));
     }
-    // The files of a page are those that the page lists, not all of similar names.
-    folder.write("site/001.txt", b"mine");
-    assert!(folder.fails(&["html", "s.isp", "--split", "site", "-q"], 3).contains("001.txt"));
-    std::fs::rename(at("site/001.txt"), at("site/7777.bin")).expect("renamed");
-    assert!(folder.fails(&["html", "s.isp", "--split", "site", "-q"], 3).contains("7777.bin"));
-    assert_eq!(folder.read("site/7777.bin"), b"mine");
-    // A page in one file lists none.
-    std::fs::create_dir(at("one")).expect("made");
-    folder.run(&["html", "s.isp", "-o", "one/index.html", "-q"]);
-    assert!(folder.fails(&["html", "s.isp", "--split", "one", "-q"], 3).contains("index.html"));
 }
 
 #[test]
@@ -240,14 +228,8 @@ fn a_folder_that_contains_an_input_is_no_output() {
     let (folder, _) = with_written_folders();
     let volume = write_volume(&folder, "x.ispt/v_4x4x4_uint8.raw");
     let raw = "x.ispt/v_4x4x4_uint8.raw";
-    for arguments in [
-        &["compute", raw, "--brick", "4", "-o", "x.ispt"][..],
-        &["html", "x.ispt", "--split", "x.ispt"],
-        &["html", "s.isp", "--volume", raw, "--split", "./x.ispt"],
-    ] {
-        let line = folder.fails(arguments, 2);
-        assert!(line.contains("x.ispt"), "{line}");
-    }
+    let line = folder.fails(&["compute", raw, "--brick", "4", "-o", "x.ispt"], 2);
+    assert!(line.contains("x.ispt"), "{line}");
     assert_eq!(folder.read(raw), volume);
 }
 
@@ -261,9 +243,9 @@ fn a_folder_replaces_another_of_its_kind_and_nothing_is_left_over() {
     assert!(contents(&folder, "x.ispt").len() < n);
     folder.run(&["verify", "x.ispt", "--phantom", "noise:9:4", "--n", "2"]);
     // A folder that has lost a file is replaced by a complete one.
-    std::fs::remove_file(folder.path().join("site/000.bin")).expect("there");
-    folder.run(&to_folder(&written[1].0, "site"));
-    assert!(!folder.read("site/000.bin").is_empty());
+    std::fs::remove_file(folder.path().join("x.ispt/000000-000.isp")).expect("there");
+    folder.run(&to_folder(&written[0].0, "x.ispt"));
+    assert!(!folder.read("x.ispt/000000-000.isp").is_empty());
     assert_eq!(folder.names(), names);
 }
 
@@ -289,7 +271,7 @@ fn a_link_to_a_folder_stays_a_link_and_the_folder_is_written() {
         assert!(line.starts_with(name) && line.contains("notes.txt"), "{line}");
     }
     let left = std::fs::read_dir(at("far")).expect("readable").count();
-    assert_eq!(left, 2, "only the two folders");
+    assert_eq!(left, 1, "only the folder");
 }
 
 #[cfg(unix)]
