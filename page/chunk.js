@@ -93,17 +93,33 @@ class Living extends Holes {
         return NONE;
     }
 
-    /** Notes in `ends` the triangles of the chunk that end at a rank, and opens gates around the holes that all leave. */
-    end(rank, ended, explicit, ends) {
+    /** Notes in `ends` the triangles of the chunk that end at a rank, and opens gates around the holes that all leave if there are births. */
+    end(rank, ended, explicit, ends, hasBirths) {
         const { own, owners } = this;
         // At most ranks of one chunk nothing ends.
         if ([ended, explicit, this.born, this.died].every(({ newest }) => newest[rank] === NONE)) {
-            this.clearGates();
+            if (hasBirths) this.clearGates();
             return;
         }
         const dying = this.dying(rank, ended.at(rank), Array.from(explicit.at(rank), (t) => own[t]));
         for (const t of dying) if (owners[t] !== NONE) ends[owners[t]] = rank;
-        this.openGates(dying);
+        if (hasBirths) this.openGates(dying);
+        else this.cut(dying);
+    }
+
+    /** Cuts dying triangles off as openGates does, without gates: no triangle is added after them. */
+    cut(dying) {
+        const { twins, vertices, flagRank, outgoing } = this;
+        for (const t of dying) {
+            for (let h = 3 * t; h < 3 * t + 3; h++) {
+                const twin = twins[h];
+                if (outgoing[vertices[h]] === h) outgoing[vertices[h]] = NONE;
+                if (twin < 0 || flagRank[Math.floor(twin / 3)] === DEAD) continue;
+                twins[twin] = NONE;
+                outgoing[vertices[nextOf(h)]] = twin;
+                outgoing[vertices[h]] = nextOf(twin);
+            }
+        }
     }
 }
 
@@ -118,7 +134,7 @@ function trianglesOfChunk(section, { span: [start, end], pivot }, path, nAbove, 
         const explicit = new ByRank(nRanks, n);
         if (start > 0) living.addKnownAt(start - 1);
         for (let rank = start, t = 0; rank < end; rank++) {
-            living.end(rank, ended, explicit, deaths);
+            living.end(rank, ended, explicit, deaths, true);
             for (const i of living.born.at(rank)) living.addKnown(i);
             const nBorn = columns.births[rank - start];
             living.addOwn(t, nBorn);
@@ -137,8 +153,8 @@ function trianglesOfChunk(section, { span: [start, end], pivot }, path, nAbove, 
             const inOrder = { push: (rank, t) => explicit.push(direction === UPWARDS ? rank : nRanks - rank, t) };
             const from = direction === UPWARDS ? pivot : nRanks - 1 - pivot;
             for (let t = 0; t < n; t++) listEnd[direction](t, from, inOrder);
-            if (direction === UPWARDS) for (let rank = pivot + 1; rank < end; rank++) living.end(rank, ended, explicit, deaths);
-            else for (let rank = pivot; rank >= start; rank--) down.end(rank, ended, explicit, births);
+            if (direction === UPWARDS) for (let rank = pivot + 1; rank < end; rank++) living.end(rank, ended, explicit, deaths, false);
+            else for (let rank = pivot; rank >= start; rank--) down.end(rank, ended, explicit, births, false);
         }
     }
     const vertices = new Uint32Array(3 * n);
@@ -171,16 +187,16 @@ function decodedChunk(bytes, chunk, above, { isovalues, samples }) {
     });
     const { firstKnot, ranks, isLattice } = own;
     const decoded = { number: chunk.number, firstKnot, ranks, isLattice, above };
-    const up = joined(above);
+    // With triangles of the chunks above only, and room for the positions of the chunk.
     const path = joined([...above, decoded]);
-    const nAbove = up.firstKnot.length - 1;
-    const triangles = trianglesOfChunk(triangleSection, chunk, path, nAbove, aliveIn(up, chunk.span), nRanks);
+    const nAbove = path.firstKnot.length - firstKnot.length;
+    const triangles = trianglesOfChunk(triangleSection, chunk, path, nAbove, aliveIn(path, chunk.span), nRanks);
     const residuals = residualsOf(positionSection, own, 1);
     let last = nAbove - 1;
-    while (last >= 0 && up.firstKnot[last] === up.firstKnot[last + 1]) last--;
-    const place = { nAbove, pivot: chunk.pivot, last, known: up.positions };
+    while (last >= 0 && path.firstKnot[last] === path.firstKnot[last + 1]) last--;
+    const place = { nAbove, pivot: chunk.pivot, last, positions: path.positions };
     const positions = positionsOf(residuals, samples, path, isovalues, triangles, 1, place);
-    return Object.assign(decoded, triangles, { positions: positions.slice(up.positions.length) });
+    return Object.assign(decoded, triangles, { positions: positions.slice(-3 * ranks.length || positions.length) });
 }
 
 /** The triangles that are alive somewhere in a span or right before it. */

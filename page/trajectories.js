@@ -79,9 +79,9 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }, nAbove, piv
 
 /** The positions decoded so far, and how the neighbours of a vertex move through them. */
 class DecodedKnots {
-    constructor({ firstKnot, ranks }, isovalues) {
+    constructor({ firstKnot, ranks }, isovalues, positions) {
         Object.assign(this, { firstKnot, ranks, isovalues });
-        this.positions = new Int32Array(3 * ranks.length);
+        this.positions = positions ?? new Int32Array(3 * ranks.length);
         this.resize(64);
     }
 
@@ -153,14 +153,13 @@ function interpolated(a, b, t) {
 
 /**
  * Decodes positions, in steps, from predictions and residuals; residuals along the surface count `along` steps. In a chunk the positions
- * of the first vertices, `nAbove`, are `known`; `last` is the last of them with knots.
+ * of the first vertices, `nAbove`, are in `positions` already, which gets the others; `last` is the last of them with knots.
  */
 function positionsOf(residuals, samples, trajectories, isovalues, triangles, along,
-    { nAbove, pivot, last, known } = { nAbove: 0, pivot: NONE, last: NONE, known: [] }) {
+    { nAbove, pivot, last, positions } = { nAbove: 0, pivot: NONE, last: NONE }) {
     const { firstKnot, ranks, isLattice } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles, nAbove, pivot);
-    const decoded = new DecodedKnots(trajectories, isovalues);
-    decoded.positions.set(known);
+    const decoded = new DecodedKnots(trajectories, isovalues, positions);
     const sum = new Float64Array(3);
 
     /** Divides the sum of so many vectors. */

@@ -189,6 +189,18 @@ test("play goes through all isovalues, and a further isosurface stays", async ()
     await other.context.close();
 });
 
+test("a film waits for the isovalues of its pictures", async () => {
+    const { page, context, complaints } = await opened();
+    await page.locator("#speed").selectOption("4");
+    const [download] = await Promise.all([page.waitForEvent("download", { timeout: 120_000 }), page.locator("#film").click()]);
+    assert.match(download.suggestedFilename(), /-sweep\.webm$/);
+    // Every chunk was wanted by some picture.
+    const starts = new Set(fetched().requests.map(({ range }) => Number(/bytes=(\d+)-/.exec(range)[1])));
+    assert.deepEqual(chunks.filter(({ from }, i) => !starts.has(i === 0 ? 0 : from)), []);
+    assert.deepEqual(complaints, []);
+    await context.close();
+});
+
 /** Shows an isovalue at an end of the range that cannot be loaded, and asserts that the reason is shown and the picture stays. */
 async function assertReported(page, reason, share = 1) {
     const { low, high } = await state(page);
