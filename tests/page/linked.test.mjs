@@ -281,6 +281,19 @@ test("a damaged table, another file in its place, a shorter one and none are rep
     await context.close();
 });
 
+test("a page without isovalues of its own starts with those of the file, or says why not", async () => {
+    const { page, context, complaints } = await opened(`${site.origin}/top.html${HASH}`);
+    const { isovalue, low, high } = await state(page);
+    assert.equal(isovalue, high);
+    assert.ok((await shown(page, low)).nTriangles > 0);
+    assert.deepEqual(complaints, []);
+    site.hasRanges = false;
+    await page.goto("about:blank");
+    await page.goto(`${site.origin}/top.html${HASH}`);
+    await page.waitForFunction(() => /cannot be shown: large\.isp: status 200/.test(document.getElementById("still-message").textContent));
+    await context.close();
+});
+
 test("the page can send requests to its own server only, and one from a disk says what it needs", async () => {
     const { page, context } = await opened();
     const other = await serve(folder);
