@@ -20,6 +20,10 @@ class LinkedViewer extends Viewer {
     }
 
     setIsovalue(isovalue) {
+        // Chunks of further isosurfaces are loaded, too.
+        const c = clamped(isovalue, [this.low, this.high]);
+        const interval = this.intervals.find(([low, high]) => low <= c && c <= high);
+        if (interval) this.loaded = this.inRange(interval);
         super.setIsovalue(isovalue);
         this.isWhole = this.isovalue === this.wanted;
     }
@@ -27,6 +31,11 @@ class LinkedViewer extends Viewer {
     /** The whole range: a sweep continues with the isovalues that are loaded next. */
     sweepRange() {
         return [this.low, this.high];
+    }
+
+    /** The part of an interval that is in the range. */
+    inRange(interval) {
+        return interval.map((c) => clamped(c, [this.low, this.high]));
     }
 
     /** Whether the mesh at an isovalue is loaded. */
@@ -41,7 +50,7 @@ class LinkedViewer extends Viewer {
     async setSpectrum(spectrum, loaded) {
         // Positions in a file have finer units than those that the page contains.
         this.about.step = spectrum.step;
-        await super.setSpectrum(spectrum, loaded.map((c) => clamped(c, [this.low, this.high])));
+        await super.setSpectrum(spectrum, this.inRange(loaded));
     }
 
     update() {
@@ -126,7 +135,7 @@ async function start(script) {
     }
     const viewer = new LinkedViewer(spectrum, about, file, intervals);
     applyAddress(viewer);
-    viewer.setLoaded(intervals[0].map((c) => clamped(c, [viewer.low, viewer.high])), true);
+    viewer.setLoaded(viewer.inRange(intervals[0]), true);
     const renderer = await openedRenderer(opening);
     if (!renderer) return;
     await showFirstPicture(viewer, renderer);

@@ -205,9 +205,10 @@ test("a film waits for the isovalues of its pictures", async () => {
 async function assertReported(page, reason, share = 1) {
     const { low, high } = await state(page);
     await page.evaluate((c) => window.isospectrum.setIsovalue(c), low * (1 - share) + high * share);
+    // Not the text from before this isovalue was set.
     await page.waitForFunction((text) => {
         const element = document.getElementById("loading");
-        return !element.hidden && element.textContent.includes(text);
+        return !window.isospectrum.getState().isPending && !element.hidden && element.textContent.includes(text);
     }, reason);
     const after = await state(page);
     assert.ok(!after.isWhole && after.nTriangles > 0);
