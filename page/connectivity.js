@@ -23,32 +23,37 @@ const previousOf = (h) => (h % 3 === 0 ? h + 2 : h - 1);
 
 /** The living triangles, and the gates of the holes that dying triangles leave. */
 class Holes {
-    /** `vertices` has three for each triangle, of any value for triangles that are not born yet. */
-    constructor(nVertices, vertices) {
+    /**
+     * No gates and no triangles, of the columns of section TRIA. There is room for n triangles; the vertices below `nUsed` are known.
+     */
+    constructor(columns, { firstKnot, isLattice }, nUsed = 0, n = columns.n) {
+        const nVertices = firstKnot.length - 1;
+        Object.assign(this, columns, { isLattice, nUsed, last: 0 });
         // A stack.
         this.gates = new Int32Array(GATE * 1024);
         this.nGates = 0;
         // The newest gate that starts at each vertex.
         this.newestGate = new Int32Array(nVertices).fill(NONE);
-        this.vertices = vertices;
+        // Three for each triangle.
+        this.vertices = new Uint32Array(3 * n);
         // By half-edge, its twin; for those of dying triangles at a gate, -2 minus the gate's number.
-        this.twins = new Int32Array(vertices.length).fill(NONE);
+        this.twins = new Int32Array(3 * n).fill(NONE);
         // By vertex, a half-edge of a living triangle that starts there.
         this.outgoing = new Int32Array(nVertices).fill(NONE);
         // By triangle, the last rank at which it had a flag; DEAD or NEVER.
-        this.flagRank = new Int32Array(vertices.length / 3).fill(NEVER);
+        this.flagRank = new Int32Array(n).fill(NEVER);
         // The gate that was popped last.
         this.popped = new Int32Array(GATE);
     }
 
     /**
-     * The triangles that die at a rank: those around `ended` vertices, those of `explicit`, and neighbours of these for which `dies`
-     * is true.
+     * The triangles that die at a rank: those around `ended` vertices, those of `explicit`, and neighbours of these whose flags say so.
      */
-    dying(rank, ended, explicit, dies) {
+    dying(rank, ended, explicit) {
         const dying = [];
         for (const v of ended) this.killAround(v, dying);
         const nAtEnds = dying.length;
+        this.killKnown?.(rank, dying);
         let nVisited = 0;
         const visitNeighbours = () => {
             for (; nVisited < dying.length; nVisited++) {
@@ -59,13 +64,20 @@ class Holes {
                     const t = Math.floor(twin / 3);
                     if (this.flagRank[t] === DEAD || this.flagRank[t] === rank) continue;
                     this.flagRank[t] = rank;
-                    if (dies(t, nVisited < nAtEnds)) this.kill(t, dying);
+                    if (this.dies(t, nVisited < nAtEnds)) this.kill(t, dying);
                 }
             }
         };
         visitNeighbours();
         for (const t of explicit) if (this.kill(t, dying)) visitNeighbours();
         return dying;
+    }
+
+    /** The death flag of triangle t. */
+    dies(t, isNearEnd) {
+        const { isLattice, vertices } = this;
+        const isOnLattice = isLattice[vertices[3 * t]] && isLattice[vertices[3 * t + 1]] && isLattice[vertices[3 * t + 2]];
+        return this.flags[(isOnLattice ? 2 : 0) + (isNearEnd ? 1 : 0)]() === 1;
     }
 
     /** Marks a triangle as dying; false if it is dead already. */
@@ -90,11 +102,15 @@ class Holes {
         for (h = twins[first]; h !== NONE; h = twins[nextOf(h)]) this.kill(Math.floor(h / 3), dying);
     }
 
+    clearGates() {
+        for (let i = 0; i < this.nGates; i++) this.newestGate[this.gates[GATE * i + FROM]] = NONE;
+        this.nGates = 0;
+    }
+
     /** Removes the old gates and opens gates around dying triangles. */
     openGates(dying) {
         const { twins, vertices, flagRank } = this;
-        for (let i = 0; i < this.nGates; i++) this.newestGate[this.gates[GATE * i + FROM]] = NONE;
-        this.nGates = 0;
+        this.clearGates();
         const sides = [];
         for (const t of dying) {
             for (let h = 3 * t; h < 3 * t + 3; h++) {
@@ -152,6 +168,40 @@ class Holes {
         return this.gates[GATE * (this.nGates - 1 - depth) + FROM];
     }
 
+    /** Reads and adds triangles from number t up to `end`. */
+    read(t, end) {
+        const { vertices, code, jump, depth, seed } = this;
+        let { nUsed, last } = this;
+        while (t < end) {
+            const isAtGate = this.pop();
+            let [a, b] = this.popped;
+            let c = nUsed;
+            if (isAtGate) {
+                const kind = code();
+                if (kind === SKIP) {
+                    this.skip();
+                    continue;
+                }
+                if (kind === JUMP || kind === LEAP) last = c = (kind === LEAP ? last : a) + jump();
+                else if (kind === DEPTH) c = this.atDepth(depth());
+                else if (kind !== NEW) c = this.third(kind);
+            } else {
+                // New vertices are numbered in the order of use.
+                a = nUsed - seed();
+                const most = Math.max(nUsed, a + 1);
+                b = most - seed();
+                c = Math.max(most, b + 1) - seed();
+            }
+            nUsed = Math.max(nUsed, a + 1, b + 1, c + 1);
+            vertices[3 * t] = a;
+            vertices[3 * t + 1] = b;
+            vertices[3 * t + 2] = c;
+            if (isAtGate) this.fill(t);
+            else this.addSeed(t);
+            t++;
+        }
+        Object.assign(this, { nUsed, last });
+    }
     /** Adds triangle t, whose vertices are known, at the gate that was popped. */
     fill(t) {
         const [from, to, , , before, after, behind] = this.popped;
@@ -269,79 +319,61 @@ class ByRank {
     }
 }
 
-/** The columns of section TRIA. */
-function triangleColumnsOf(section) {
+/**
+ * The columns of section TRIA: births and caps as arrays; functions that return the next number of the others, `nKinds` of them of death
+ * flags; and for each of `nDirections` one that lists triangle t by its explicit end, if it has one, after the rank `from`.
+ */
+function triangleColumnsOf(section, nKinds, nDirections) {
     const columns = new CodedColumns(section);
     const counted = () => columns.column(columns.count());
     const births = counted();
-    const codes = counted();
-    const jumps = signed(counted());
-    const [depths, seeds] = [counted(), counted()];
-    const flags = Array.from({ length: 4 }, counted);
+    const code = reader(counted());
+    const jump = reader(signed(counted()));
+    const [depth, seed, ...flags] = Array.from({ length: 2 + nKinds }, () => reader(counted()));
     const n = births.reduce((sum, count) => sum + count, 0);
-    const kinds = columns.column(n);
-    const nextDeath = intervalReader(columns, kinds.reduce((sum, kind) => sum + (kind % 3 === 2), 0));
-    return { births, codes, jumps, depths, seeds, flags, n, kinds, nextDeath };
+    let caps;
+    const listEnd = Array.from({ length: nDirections }, () => {
+        const kinds = columns.column(n);
+        caps ??= kinds.map((kind) => (kind >= 3 ? 1 : 0));
+        const next = intervalReader(columns, kinds.filter((kind) => kind % 3 === 2).length);
+        let last = 0;
+        return (t, from, explicit) => {
+            const kind = kinds[t] % 3;
+            if (kind === 2) last = next(from);
+            if (kind > 0) explicit.push(last, t);
+        };
+    });
+    return { births, code, jump, depth, seed, flags, n, listEnd, caps };
+}
+
+/** The vertices by the rank of their first (`end` 0) or last (1) knot. */
+function verticesByEnd({ firstKnot, ranks }, nIsovalues, end) {
+    const ends = new ByRank(nIsovalues, firstKnot.length);
+    for (let v = firstKnot.length - 2; v >= 0; v--) {
+        if (firstKnot[v] < firstKnot[v + 1]) ends.push(ranks[firstKnot[v + end] - end], v);
+    }
+    return ends;
 }
 
 /** Decodes section TRIA: the triangles in the order of birth. */
-function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
-    const columns = triangleColumnsOf(section);
-    const { n, codes, jumps, depths, seeds, flags, kinds } = columns;
-    const nVertices = firstKnot.length - 1;
-    const vertices = new Uint32Array(3 * n);
+function trianglesOf(section, trajectories, nIsovalues) {
+    const columns = triangleColumnsOf(section, 4, 1);
+    const { n, caps, listEnd: [listEnd] } = columns;
     const births = new Uint32Array(n);
     const deaths = new Uint32Array(n);
-    const holes = new Holes(nVertices, vertices);
-    const ends = new ByRank(nIsovalues, nVertices);
-    for (let v = nVertices - 1; v >= 0; v--) {
-        if (firstKnot[v] < firstKnot[v + 1]) ends.push(ranks[firstKnot[v + 1] - 1], v);
-    }
+    const holes = new Holes(columns, trajectories);
+    const ended = verticesByEnd(trajectories, nIsovalues, 1);
     const explicit = new ByRank(nIsovalues, n);
-    const nFlags = [0, 0, 0, 0];
-    const dies = (t, isNearEnd) => {
-        const isOnLattice = isLattice[vertices[3 * t]] && isLattice[vertices[3 * t + 1]] && isLattice[vertices[3 * t + 2]];
-        const kind = (isOnLattice ? 2 : 0) + (isNearEnd ? 1 : 0);
-        return flags[kind][nFlags[kind]++] === 1;
-    };
-    let [nUsed, code, jump, last, depth, seed, t, death] = [0, 0, 0, 0, 0, 0, 0, 0];
-    for (let rank = 0; rank < nIsovalues; rank++) {
-        const dying = holes.dying(rank, ends.at(rank), explicit.at(rank), dies);
+    for (let rank = 0, t = 0; rank < nIsovalues; rank++) {
+        const dying = holes.dying(rank, ended.at(rank), explicit.at(rank));
         for (const d of dying) deaths[d] = rank;
         holes.openGates(dying);
         const end = t + columns.births[rank];
-        while (t < end) {
-            const isAtGate = holes.pop();
-            let [a, b] = holes.popped;
-            let c = nUsed;
-            if (isAtGate) {
-                const kind = codes[code++];
-                if (kind === SKIP) {
-                    holes.skip();
-                    continue;
-                }
-                if (kind === JUMP || kind === LEAP) last = c = (kind === LEAP ? last : a) + jumps[jump++];
-                else if (kind === DEPTH) c = holes.atDepth(depths[depth++]);
-                else if (kind !== NEW) c = holes.third(kind);
-            } else {
-                // New vertices are numbered in the order of use.
-                a = nUsed - seeds[seed++];
-                const most = Math.max(nUsed, a + 1);
-                b = most - seeds[seed++];
-                c = Math.max(most, b + 1) - seeds[seed++];
-            }
-            nUsed = Math.max(nUsed, a + 1, b + 1, c + 1);
-            vertices[3 * t] = a;
-            vertices[3 * t + 1] = b;
-            vertices[3 * t + 2] = c;
+        holes.read(t, end);
+        for (; t < end; t++) {
             births[t] = rank;
-            const kind = kinds[t] % 3;
-            if (kind === 2) death = columns.nextDeath(rank);
-            if (kind > 0) explicit.push(death, t);
-            if (isAtGate) holes.fill(t);
-            else holes.addSeed(t);
-            t++;
+            listEnd(t, rank, explicit);
         }
     }
-    return { vertices, births, deaths, caps: kinds.map((kind) => (kind >= 3 ? 1 : 0)) };
+    return { vertices: holes.vertices, births, deaths, caps };
 }

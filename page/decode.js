@@ -1,9 +1,8 @@
 // Decodes the spectrum in a worker, so that the page stays responsive; in the page itself if it cannot start a worker.
 
-/** Decodes a packed spectrum, bytes or their base64, and makes the tables that drawing needs. */
+/** Decodes a packed spectrum, base64, and makes the tables that drawing needs. */
 async function unpacked(packed, about) {
-    const bytes = typeof packed === "string" ? bytesOfBase64(packed) : packed;
-    const spectrum = spectrumOf(await inflated(bytes), about);
+    const spectrum = spectrumOf(await inflated(bytesOfBase64(packed)), about);
     spectrum.orders = ordersOf(spectrum);
     spectrum.tables = tablesOf(spectrum, about.step);
     return spectrum;

@@ -44,54 +44,45 @@ class Columns {
     }
 }
 
-/** Decodes zigzag-coded numbers: Int8Array, Int32Array or Float64Array. */
+/** Decodes zigzag-coded numbers: Int32Array or Float64Array. */
 function signed(numbers) {
-    if (!(numbers instanceof Float64Array)) {
-        const all = new (numbers instanceof Uint8Array ? Int8Array : Int32Array)(numbers.length);
-        for (let i = 0; i < all.length; i++) all[i] = (numbers[i] >>> 1) ^ -(numbers[i] & 1);
-        return all;
-    }
-    for (let i = 0; i < numbers.length; i++) {
+    const all = new (numbers instanceof Float64Array ? Float64Array : Int32Array)(numbers.length);
+    for (let i = 0; i < all.length; i++) {
         const x = numbers[i];
-        numbers[i] = x % 2 ? -(x + 1) / 2 : x / 2;
+        all[i] = x % 2 ? -(x + 1) / 2 : x / 2;
     }
-    return numbers;
+    return all;
 }
 
 /** The sections, each stored as a length and that many bytes. */
 function sectionsOf(bytes) {
-    const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    const columns = new Columns(bytes);
     const sections = [];
-    for (let at = 0; at < bytes.length; ) {
-        const end = at + 8 + Number(view.getBigUint64(at, true));
-        sections.push(bytes.subarray(at + 8, end));
-        at = end;
+    while (columns.at < bytes.length) {
+        const n = columns.count();
+        sections.push(bytes.subarray(columns.at, columns.at += n));
     }
     return sections;
 }
 
 /**
- * The columns of section POSN: the first samples of lattice vertices and their directions, the axis that each other vertex
- * faces, and the residuals of predicted positions by kind of knot.
+ * Readers of the columns of section POSN: the first samples of lattice vertices and their directions, the axis that each other vertex
+ * faces (if positions along the surface count several steps), and the residuals of predicted positions by kind of knot.
  */
-function residualsOf(section, { firstKnot, isLattice }) {
-    const nVertices = firstKnot.length - 1;
-    const nKnots = (v) => firstKnot[v + 1] - firstKnot[v];
+function residualsOf(section, { ranks, nMoving, nLattice }, along) {
     const columns = new CodedColumns(section);
-    let nLattice = 0;
-    const n = [0, 0];
-    for (let v = 0; v < nVertices; v++) {
-        if (isLattice[v]) nLattice++;
-        else if (nKnots(v) > 0) {
-            n[FIRST] += 1;
-            n[FURTHER] += nKnots(v) - 1;
-        }
-    }
-    const three = (length) => Array.from({ length: 3 }, () => columns.signedColumn(length));
+    const n = [nMoving - nLattice, ranks.length - nMoving - nLattice];
+    const three = (length) => Array.from({ length: 3 }, () => reader(columns.signedColumn(length)));
     const starts = three(nLattice);
-    const directions = columns.column(nLattice);
-    const facing = columns.column(n[FIRST]);
-    return { isLattice, starts, directions, facing, positions: n.map(three) };
+    const direction = reader(columns.column(nLattice));
+    const facing = along > 1 ? reader(columns.column(n[FIRST])) : () => 0;
+    return { starts, direction, facing, positions: n.map(three) };
+}
+
+/** A function that returns the next number of a column. */
+function reader(column) {
+    let i = 0;
+    return () => column[i++];
 }
 
 /**
@@ -99,15 +90,13 @@ function residualsOf(section, { firstKnot, isLattice }) {
  * next interval to its last.
  */
 function intervalReader(columns, n) {
-    const steps = columns.column(columns.count());
-    const lengths = columns.column(columns.count());
-    const codes = columns.column(n);
-    const frequentEnds = Uint32Array.from(steps);
+    const frequentEnds = Uint32Array.from(columns.column(columns.count()));
+    const length = reader(columns.column(columns.count()));
+    const nextCode = reader(columns.column(n));
     for (let i = 1; i < frequentEnds.length; i++) frequentEnds[i] += frequentEnds[i - 1];
-    let [next, nextLength] = [0, 0];
     return (from) => {
-        const code = codes[next++];
-        if (code === 0) return from + 1 + lengths[nextLength++];
+        const code = nextCode();
+        if (code === 0) return from + 1 + length();
         let [low, high] = [0, frequentEnds.length];
         while (low < high) {
             const middle = (low + high) >>> 1;
@@ -119,21 +108,17 @@ function intervalReader(columns, n) {
 }
 
 /** Reads the numbers of a section of coded columns. */
-class CodedColumns {
-    constructor(bytes) {
-        this.decoder = new Decoder(bytes);
-    }
-
+class CodedColumns extends Decoder {
     /** A count. */
     count() {
-        return this.decoder.bits(40);
+        return this.bits(40);
     }
 
     /** As Columns.column. */
     column(n) {
-        const width = this.decoder.bits(4);
+        const width = this.bits(4);
         const Numbers = width === 1 ? Uint8Array : width <= 4 ? Uint32Array : Float64Array;
-        return this.decoder.row(new Numbers(n));
+        return this.row(new Numbers(n));
     }
 
     /** A column of zigzag-coded numbers. */
@@ -156,11 +141,9 @@ function isovaluesOf(section) {
 }
 
 /** The codes of a second field, one byte per knot; the twin of src/page/field.rs. */
-function valuesOf(section, { firstKnot, ranks }) {
+function valuesOf(section, { firstKnot, ranks, nMoving }) {
     const values = new Uint8Array(ranks.length);
-    let nFirst = 0;
-    for (let v = 0; v + 1 < firstKnot.length; v++) if (firstKnot[v] < firstKnot[v + 1]) nFirst++;
-    let [first, further, before] = [0, nFirst, 0];
+    let [first, further, before] = [0, nMoving, 0];
     for (let v = 0; v + 1 < firstKnot.length; v++) {
         for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
             if (knot === firstKnot[v]) before = values[knot] = before + section[first++];
@@ -177,14 +160,14 @@ function valuesOf(section, { firstKnot, ranks }) {
  * of a second field.
  */
 function spectrumOf(bytes, { step, along }) {
-    const [info, isovalueSection, rankSection, triangleSection, positionSection, valueSection] = sectionsOf(bytes);
+    const [infoSection, isovalueSection, rankSection, triangleSection, positionSection, valueSection] = sectionsOf(bytes);
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
-    const description = JSON.parse(new TextDecoder().decode(info));
-    const residuals = residualsOf(positionSection, trajectories);
-    const samples = new Samples(description.volume, 1 / step);
+    const info = JSON.parse(new TextDecoder().decode(infoSection));
+    const residuals = residualsOf(positionSection, trajectories, along);
+    const samples = new Samples(info.volume, 1 / step);
     const positions = positionsOf(residuals, samples, trajectories, isovalues, triangles, along);
     const values = valueSection && valuesOf(valueSection, trajectories);
-    return { info: description, isovalues, ...trajectories, ...triangles, positions, values };
+    return { info, isovalues, ...trajectories, ...triangles, positions, values };
 }

@@ -9,7 +9,7 @@ async function start(script) {
     // The device is opened while the rest of the page is still loading.
     const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
     const first = takeText("first");
-    let unpacking = null;
+    let unpacking;
     const unpack = () => {
         unpacking ??= documentLoaded().then(() => unpackedInWorker(takeText("data"), about, script));
         // Errors are reported below, where the promise is awaited.
@@ -17,7 +17,7 @@ async function start(script) {
         return unpacking;
     };
     if (!first || navigator.hardwareConcurrency > FEW_PROCESSORS) unpack();
-    let viewer = null;
+    let viewer;
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
         viewer.setLoaded(about.first, false);

@@ -1,36 +1,39 @@
 // Decodes the trajectories of vertices. FORMAT.md, sections VERT and POSN, in the units of src/page/data.rs; the twin of
 // src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. Integers there are exact numbers here, below 2^53.
 
-/** Decodes section VERT: first knots, ranks, and whether each vertex is a lattice vertex. */
-function ranksOf(section) {
+/**
+ * Decodes section VERT: first knots, ranks, whether each vertex is a lattice vertex, and how many have knots and are lattice vertices. First
+ * ranks are stored as differences, unless `firstsOf` reads them from the columns.
+ */
+function ranksOf(section, firstsOf) {
     const columns = new CodedColumns(section);
     const n = columns.count();
     const counts = columns.column(n);
     const firstKnot = new Uint32Array(n + 1);
-    const [pairs, isLattice] = [[], new Uint8Array(n)];
-    let nMoving = 0;
+    const isLattice = new Uint8Array(n);
+    let [nMoving, nPairs, nLattice] = [0, 0, 0];
     for (let v = 0; v < n; v++) {
         firstKnot[v + 1] = firstKnot[v] + counts[v];
         if (counts[v] > 0) nMoving++;
-        if (counts[v] === 2) pairs.push(v);
+        if (counts[v] === 2) nPairs++;
     }
-    const flags = columns.column(pairs.length);
-    pairs.forEach((v, i) => { isLattice[v] = flags[i]; });
-    const nLattice = flags.reduce((sum, flag) => sum + flag, 0);
-    const firsts = columns.signedColumn(nMoving);
+    const flag = reader(columns.column(nPairs));
+    for (let v = 0; v < n; v++) if (counts[v] === 2) nLattice += isLattice[v] = flag();
+    const step = reader(columns.signedColumn(firstsOf ? 0 : nMoving));
+    const firstRank = firstsOf?.(columns, nMoving);
     // The intervals of lattice vertices are stored first.
     const onLattice = intervalReader(columns, nLattice);
     const nextRanks = [intervalReader(columns, firstKnot[n] - nMoving - nLattice), onLattice];
     const ranks = new Uint32Array(firstKnot[n]);
-    let [nextFirst, previous] = [0, 0];
+    let previous = 0;
     for (let v = 0; v < n; v++) {
         const nextRank = nextRanks[isLattice[v]];
         for (let i = firstKnot[v]; i < firstKnot[v + 1]; i++) {
-            if (i === firstKnot[v]) ranks[i] = previous += firsts[nextFirst++];
-            else ranks[i] = nextRank(ranks[i - 1]);
+            if (i > firstKnot[v]) ranks[i] = nextRank(ranks[i - 1]);
+            else ranks[i] = firstRank ? firstRank() : (previous += step());
         }
     }
-    return { firstKnot, ranks, isLattice };
+    return { firstKnot, ranks, isLattice, nMoving, nLattice };
 }
 
 /** The last knot of a vertex that is not above a rank; its first knot if all are above. */
@@ -45,8 +48,11 @@ function knotAt(firstKnot, ranks, v, rank) {
     return low;
 }
 
-/** For each vertex, the lower-numbered vertices of the triangles born with it, in the order of the triangles, with repetitions. */
-function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
+/**
+ * For each vertex from number `nAbove` on, the lower-numbered vertices of the triangles born with it, or of all triangles if there is a
+ * pivot, in the order of the triangles, with repetitions.
+ */
+function lowerNeighbours({ firstKnot, ranks }, { vertices, births }, nAbove, pivot) {
     const n = firstKnot.length - 1;
     const first = new Uint32Array(n + 1);
     const eachOf = (visit) => {
@@ -55,7 +61,7 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
             const b = vertices[3 * t + 1];
             const c = vertices[3 * t + 2];
             const v = Math.max(a, b, c);
-            if (ranks[firstKnot[v]] !== births[t]) continue;
+            if (v < nAbove || (pivot < 0 && ranks[firstKnot[v]] !== births[t])) continue;
             const least = Math.min(a, b, c);
             visit(v, least, a + b + c - v - least);
         }
@@ -73,9 +79,9 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
 
 /** The positions decoded so far, and how the neighbours of a vertex move through them. */
 class DecodedKnots {
-    constructor({ firstKnot, ranks }, isovalues) {
+    constructor({ firstKnot, ranks }, isovalues, positions) {
         Object.assign(this, { firstKnot, ranks, isovalues });
-        this.positions = new Int32Array(3 * ranks.length);
+        this.positions = positions ?? new Int32Array(3 * ranks.length);
         this.resize(64);
     }
 
@@ -111,6 +117,7 @@ class DecodedKnots {
         const { ranks, isovalues, positions, places } = this;
         const last = this.firstKnot[u + 1] - 1;
         while (knot < last && ranks[knot + 1] <= rank) knot++;
+        while (ranks[knot] > rank && knot > this.firstKnot[u]) knot--;
         this.knots[i] = knot;
         const at = 3 * i;
         const p = 3 * knot;
@@ -144,77 +151,84 @@ function interpolated(a, b, t) {
     return a + Math.floor((t * (b - a) + 32768) * (1 / 65536));
 }
 
-/** Decodes positions, in steps, from predictions and residuals; residuals along the surface count `along` steps. */
-function positionsOf(residuals, samples, trajectories, isovalues, triangles, along) {
-    const { firstKnot, ranks } = trajectories;
-    const { first, neighbours } = lowerNeighbours(trajectories, triangles);
-    const decoded = new DecodedKnots(trajectories, isovalues);
+/**
+ * Decodes positions, in steps, from predictions and residuals; residuals along the surface count `along` steps. In a chunk the positions
+ * of the first vertices, `nAbove`, are in `positions` already, which gets the others; `last` is the last of them with knots.
+ */
+function positionsOf(residuals, samples, trajectories, isovalues, triangles, along,
+    { nAbove, pivot, last, positions } = { nAbove: 0, pivot: NONE, last: NONE }) {
+    const { firstKnot, ranks, isLattice } = trajectories;
+    const { first, neighbours } = lowerNeighbours(trajectories, triangles, nAbove, pivot);
+    const decoded = new DecodedKnots(trajectories, isovalues, positions);
     const sum = new Float64Array(3);
-    let last = -1;
-    const next = [0, 0];
 
+    /** Divides the sum of so many vectors. */
+    const toMean = (count) => {
+        if (count > 1) for (let j = 0; j < 3; j++) sum[j] = Math.floor(sum[j] / count);
+    };
     /** Predicts the first knot of a vertex: the mean of its neighbours, or the first knot of the vertex before. */
     const predictFirst = (v, rank) => {
         const count = first[v + 1] - first[v];
+        sum.fill(0);
         if (count > decoded.knots.length) decoded.resize(2 * count);
         for (let i = 0; i < count; i++) {
             const u = neighbours[first[v] + i];
             decoded.move(i, u, knotAt(firstKnot, ranks, u, rank), rank, false, sum);
         }
         if (count === 0 && last >= 0) decoded.add(firstKnot[last], sum);
-        if (count > 1) for (let j = 0; j < 3; j++) sum[j] = Math.floor(sum[j] / count);
+        toMean(count);
         last = v;
     };
-    /** Predicts another knot of a vertex: it moves as its neighbours do on average. */
-    const predictNext = (v, knot, rank) => {
+    /** Sets another knot of a vertex, after the knot `before`. Predicted to move as its neighbours do on average. */
+    const setNext = (v, knot, before) => {
+        const rank = ranks[knot];
         let count = 0;
+        sum.fill(0);
         for (let at = first[v], i = 0; at < first[v + 1]; at++, i++) {
             const u = neighbours[at];
-            if (ranks[firstKnot[u + 1] - 1] < rank) continue;
+            if (before < knot ? ranks[firstKnot[u + 1] - 1] < rank : ranks[firstKnot[u]] > rank) continue;
             decoded.move(i, u, decoded.knots[i], rank, true, sum);
             count++;
         }
-        if (count > 1) for (let j = 0; j < 3; j++) sum[j] = Math.floor(sum[j] / count);
-        decoded.add(knot - 1, sum);
+        toMean(count);
+        decoded.add(before, sum);
+        setKnot(knot, FURTHER);
     };
     /** The sample of a lattice vertex. */
     const at = new Float64Array(3);
-    let nLattice = 0;
-    /** Sets knot i of a lattice vertex, which is at a sample. */
-    const setLatticeKnot = (knot, i) => {
-        if (i > 0) {
-            const direction = residuals.directions[nLattice++];
+    /** Sets the knots of a lattice vertex, which are at neighbouring samples. */
+    const setLatticeKnots = (first) => {
+        for (let a = 0; a < 3; a++) at[a] = samples.nearest(a, clampedToInt32(sum[a])) + residuals.starts[a]();
+        const direction = residuals.direction();
+        for (const knot of [first, first + 1]) {
+            decoded.set(knot, samples.place(0, at[0]), samples.place(1, at[1]), samples.place(2, at[2]));
             at[direction >> 1] += direction & 1 ? 1 : -1;
-        } else {
-            for (let a = 0; a < 3; a++) {
-                at[a] = samples.nearest(a, clampedToInt32(sum[a])) + residuals.starts[a][nLattice];
-            }
         }
-        decoded.set(knot, samples.place(0, at[0]), samples.place(1, at[1]), samples.place(2, at[2]));
     };
-    let nOthers = 0;
-    /** Sets knot i of another vertex. */
-    const setKnot = (knot, i) => {
-        const kind = i === 0 ? FIRST : FURTHER;
-        if (i === 0) nOthers++;
-        const facing = residuals.facing[nOthers - 1];
-        const n = next[kind]++;
-        const columns = residuals.positions[kind];
+    let facing = 0;
+    /** Sets a knot of another vertex. */
+    const setKnot = (knot, kind) => {
+        if (kind === FIRST) facing = residuals.facing();
         for (let k = 0; k < 3; k++) {
             const a = (facing + k) % 3;
             const unit = k === 0 ? 1 : along;
-            sum[a] = unit * (Math.floor((clampedToInt32(sum[a]) + (unit >> 1)) / unit) + columns[k][n]);
+            sum[a] = unit * (Math.floor((clampedToInt32(sum[a]) + (unit >> 1)) / unit) + residuals.positions[kind][k]());
         }
         decoded.set(knot, sum[0], sum[1], sum[2]);
     };
-    for (let v = 0; v + 1 < firstKnot.length; v++) {
-        for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
-            sum.fill(0);
-            const i = knot - firstKnot[v];
-            if (i === 0) predictFirst(v, ranks[knot]);
-            else predictNext(v, knot, ranks[knot]);
-            if (residuals.isLattice[v]) setLatticeKnot(knot, i);
-            else setKnot(knot, i);
+    for (let v = nAbove; v + 1 < firstKnot.length; v++) {
+        const [low, end] = [firstKnot[v], firstKnot[v + 1]];
+        if (low === end) continue;
+        // All of the mesh at a pivot exists there.
+        const start = isLattice[v] ? low : knotAt(firstKnot, ranks, v, pivot);
+        predictFirst(v, ranks[start]);
+        if (isLattice[v]) setLatticeKnots(low);
+        else {
+            setKnot(start, FIRST);
+            for (let knot = start + 1; knot < end; knot++) setNext(v, knot, knot - 1);
+            // Moves the neighbours back.
+            if (start > low) predictFirst(v, ranks[start]);
+            for (let knot = start - 1; knot >= low; knot--) setNext(v, knot, knot + 1);
         }
     }
     return decoded.positions;

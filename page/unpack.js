@@ -1,4 +1,4 @@
-// Reads the packed data of the page: base64 of a raw deflate stream, as src/page/data.rs writes it, or a file of it, which is checked.
+// Reads the packed data of the page: base64 of a raw deflate stream, as src/page/data.rs writes it.
 
 /** The bytes of a base64 text. */
 function bytesOfBase64(text) {
@@ -14,15 +14,4 @@ function bytesOfBase64(text) {
 async function inflated(bytes) {
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
     return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
-/** The CRC-32 of bytes. */
-function crc32Of(bytes) {
-    const table = Int32Array.from({ length: 256 }, (_, i) => {
-        for (let k = 0; k < 8; k++) i = i & 1 ? (i >>> 1) ^ 0xedb88320 : i >>> 1;
-        return i;
-    });
-    let crc = -1;
-    for (const byte of bytes) crc = table[(crc ^ byte) & 255] ^ (crc >>> 8);
-    return ~crc >>> 0;
 }

@@ -183,11 +183,15 @@ class Viewer extends Scene {
         this.meshTime = performance.now() - started;
     }
 
-    /** Updates the further isosurfaces, which are shown once all isovalues are loaded. */
+    /** The further isosurfaces that are shown: all of them, once all isovalues are loaded. */
+    shownExtras() {
+        return this.isWhole ? this.extras : [];
+    }
+
+    /** Updates the further isosurfaces that are shown. */
     updateExtras() {
-        if (!this.isWhole) return;
         const { largest, minVolume } = this.selection;
-        this.extras.forEach((extra, i) => {
+        this.shownExtras().forEach((extra, i) => {
             if (extra.query?.spectrum !== this.spectrum) extra.query = new Query(this.spectrum, this.about.step);
             extra.selection ??= new Selection();
             if (extra.selection.largest !== largest || extra.selection.minVolume !== minVolume) {
@@ -211,7 +215,7 @@ class Viewer extends Scene {
             palette: color === "none" ? PLAIN : color === "component" ? COMPONENTS : MAP,
             stops: this.legendContent?.map && stopsOf(this.legendContent.map),
         }];
-        for (const { query, front: own, opacity } of this.isWhole ? this.extras : []) {
+        for (const { query, front: own, opacity } of this.shownExtras()) {
             const [front, backside] = sides(own);
             layers.push({ query, front, backside, opacity, palette: PLAIN });
         }

@@ -25,20 +25,11 @@ const MAX_FILES: usize = 16;
 /// The locked file in a temporary folder; its content is the name of the target.
 pub(crate) const LOCK: &str = "lock";
 
-/// The replaced folder within the temporary one while the new one is not at the target yet.
-pub(crate) const REPLACED: &str = "replaced";
-
 /// Most bytes that are read of a lock; names of files have at most 255.
 const MAX_NAME: u64 = 1024;
 
 /// The extensions of all files that are written within temporary folders.
-const EXTENSIONS: [&str; 10] =
-    ["part", "isp", "seam", "json", "html", "bin", "png", "log", "mp4", "webm"];
-
-/// Whether anything is at a path, a link without a target included.
-pub(crate) fn exists(path: &Path) -> bool {
-    fs::symlink_metadata(path).is_ok()
-}
+const EXTENSIONS: [&str; 5] = ["part", "png", "log", "mp4", "webm"];
 
 /// Names of temporary folders, and of files beyond [`MAX_FILES`].
 pub(crate) fn temporary_name() -> tempfile::Builder<'static, 'static> {
@@ -133,7 +124,7 @@ fn have_same_owner(a: &Path, b: &Path) -> bool {
     }
     #[cfg(not(unix))]
     {
-        exists(a) && exists(b)
+        a.exists() && b.exists()
     }
 }
 
@@ -150,63 +141,43 @@ fn remove_if_abandoned(folder: &Path, target: &OsStr) -> io::Result<()> {
     if name != target.as_encoded_bytes() {
         return Err(io::Error::other("it is for another target"));
     }
-    let replaced = folder.join(REPLACED);
-    if exists(&replaced) {
-        log::warn!("{}: a folder that a killed process was to replace", replaced.display());
-        return Ok(());
-    }
-    let (files, folders) = contents(folder)?;
-    files.iter().try_for_each(fs::remove_file)?;
-    folders.iter().try_for_each(fs::remove_dir)?;
+    contents(folder)?.iter().try_for_each(fs::remove_file)?;
     // Last, so that the folder is found again if this process is killed.
     fs::remove_file(path)?;
     fs::remove_dir(folder)
 }
 
-/// The files in a temporary folder, except its lock, and the folders in it; an error if there is anything that no process
-/// writes there.
-fn contents(folder: &Path) -> io::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
-    let (mut files, mut folders) = (Vec::new(), Vec::new());
-    let mut add = |entry: fs::DirEntry, may_be_folder: bool| {
-        let (path, kind) = (entry.path(), entry.file_type()?);
-        let extension = path.extension().and_then(OsStr::to_str);
-        if kind.is_dir() && may_be_folder {
-            folders.push(path);
-        } else if kind.is_file() && extension.is_some_and(|e| EXTENSIONS.contains(&e)) {
-            files.push(path);
-        } else {
-            return Err(io::Error::other(format!("{}: not of this program", path.display())));
-        }
-        Ok(())
-    };
+/// The files in a temporary folder, except its lock; an error if there is anything that no process writes there.
+fn contents(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         if entry.file_name() == LOCK {
             continue;
         }
         let path = entry.path();
-        let is_folder = entry.file_type()?.is_dir();
-        add(entry, true)?;
-        if is_folder {
-            fs::read_dir(path)?.try_for_each(|inner| add(inner?, false))?;
+        let extension = path.extension().and_then(OsStr::to_str);
+        if !entry.file_type()?.is_file() || !extension.is_some_and(|e| EXTENSIONS.contains(&e)) {
+            return Err(io::Error::other(format!("{}: not of this program", path.display())));
         }
+        files.push(path);
     }
-    Ok((files, folders))
+    Ok(files)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     #[test]
-    fn a_folder_that_was_being_replaced_is_not_removed() {
+    fn an_abandoned_folder_is_removed_by_the_next_one_for_its_target_if_all_in_it_is_known() {
         let parent = tempfile::tempdir().expect("a folder");
         let killed = parent.path().join(".isospectrum-1.part");
-        fs::create_dir_all(killed.join(REPLACED)).expect("made");
+        fs::create_dir_all(killed.join("mine")).expect("made");
         fs::write(killed.join(LOCK), "a.isp").expect("written");
         fs::write(killed.join("000000.part"), "part").expect("written");
         remove_abandoned(parent.path(), OsStr::new("a.isp"), parent.path());
         assert!(killed.join("000000.part").exists());
-        fs::rename(killed.join(REPLACED), killed.join("removed")).expect("renamed");
+        fs::remove_dir(killed.join("mine")).expect("there");
         remove_abandoned(parent.path(), OsStr::new("b.isp"), parent.path());
         assert!(killed.exists());
         remove_abandoned(parent.path(), OsStr::new("a.isp"), parent.path());

@@ -87,17 +87,6 @@ pub fn parent_folder(path: &Path) -> &Path {
     }
 }
 
-/// Writes a file of a folder that is not at its place yet, down to the disk.
-///
-/// # Errors
-///
-/// Those of the system.
-pub fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(bytes)?;
-    file.sync_all()
-}
-
 /// Writes the names of the files in a folder down to the disk, where the system can do that.
 pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {

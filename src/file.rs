@@ -32,6 +32,7 @@ mod section;
 mod source;
 mod spectrum_file;
 mod summary;
+mod table_places;
 mod tables;
 pub mod thesis;
 mod trajectories;
@@ -40,9 +41,7 @@ mod triangles;
 mod units;
 mod writer;
 
-pub use crate::atomic_file::{
-    block_writes, final_path, parent_folder, write_atomically, write_synced,
-};
+pub use crate::atomic_file::{block_writes, final_path, parent_folder, write_atomically};
 pub use crate::atomic_folder::TemporaryFolder;
 pub use file_query::FileQuery;
 pub use header::{MAGIC, VERSION};
@@ -52,5 +51,6 @@ pub use spectrum_file::{
     SpectrumFile, Written, from_bytes, in_file_order, into_bytes, read, to_bytes, write,
 };
 pub use summary::Summary;
+pub(crate) use table_places::TablePlaces;
 pub(crate) use units::Units;
 pub(crate) use writer::{PackedTree, Shared, TreeWriter};

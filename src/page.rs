@@ -1,7 +1,7 @@
-//! Writes a spectrum as a web page that needs no server and no network.
+//! Writes a spectrum as a web page that needs no server and no network, or as one that is linked to a spectrum file on a server.
 //!
 //! The page contains the spectrum, the shaders, plain scripts (`page/*.js`) and styles; its content security policy forbids all
-//! requests. It does not contain the volume. It draws with the WGSL of [`crate::render`] on WebGPU, with a GLSL twin of it on
+//! requests, but those to the origin of a linked file. It does not contain the volume. It draws with the WGSL of [`crate::render`] on WebGPU, with a GLSL twin of it on
 //! WebGL2, and shows a still picture where there is neither.
 //!
 //! The spectrum is stored as the columns of its file, predicted and deflated (`data`), in base64. Positions are rounded more than
@@ -18,15 +18,15 @@ mod document;
 mod field;
 mod first;
 mod knots;
+mod link;
 mod options;
 mod range;
 mod script;
-mod split;
 mod template;
 
 pub use data::DEFAULT_STEP;
 pub use document::{Sizes, html};
 pub use knots::with_fewer_knots;
+pub use link::{Link, linked};
 pub use options::{Look, Page};
 pub use range::with_range;
-pub use split::{Split, split, split_files};

@@ -125,6 +125,8 @@ fn fewer_knots_stay_within_the_distance() {
 fn bad_requests_are_errors_of_one_line() {
     let folder = folder_with_spectrum();
     folder.write("v_2x2x2_uint8.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
+    folder.run(&["convert", "s.isp", "s.thesis", "-q"]);
+    folder.run(&["compute", "--phantom", "noise:5:3", "--backend", "cpu", "-q", "-o", "x.ispt"]);
     for (arguments, code, fact) in [
         (&["html", "s.isp", "-o", "page.txt"][..], 2, ".html"),
         (&["html", "s.isp", "-o", "p.html", "--range", "-5:9000"], 4, "outside the range"),
@@ -132,7 +134,21 @@ fn bad_requests_are_errors_of_one_line() {
         (&["html", "s.isp", "-o", "p.html", "--isovalue", "9000"], 4, "outside the range"),
         (&["html", "s.isp", "-o", "p.html", "--step", "1e-9"], 2, "step of"),
         (&["html", "s.isp", "-o", "p.html", "--background", "transparent"], 2, "transparent"),
-        (&["html", "s.isp", "-o", "p.html", "--split", "folder"], 2, "--split"),
+        (&["html", "s.isp", "-o", "p.html", "--link", "ftp://a/s.isp"], 2, "ftp://a/s.isp"),
+        (&["html", "s.isp", "-o", "p.html", "--link", "s.isp", "--range", "40%:60%"], 2, "--range"),
+        (
+            &["html", "s.isp", "-o", "p.html", "--link", "s.isp", "--tolerance", "0.1"],
+            2,
+            "--tolerance",
+        ),
+        (&["html", "s.isp", "-o", "p.html", "--link", "s.isp", "--step", "0.1"], 2, "--step"),
+        (
+            &["html", "s.isp", "-o", "p.html", "--link", "s.isp", "--color-by", "s.isp"],
+            2,
+            "--color-by",
+        ),
+        (&["html", "s.thesis", "-o", "p.html", "--link", "s.thesis"], 2, "s.thesis: --link needs"),
+        (&["html", "x.ispt", "-o", "p.html", "--link", "x.ispt"], 2, "x.ispt: --link needs"),
         (
             &["html", "s.isp", "-o", "p.html", "--volume", "v_2x2x2_uint8.raw"],
             3,
@@ -148,34 +164,35 @@ fn bad_requests_are_errors_of_one_line() {
 }
 
 #[test]
-fn a_page_in_several_files_replaces_only_another_one() {
+fn a_linked_page_has_the_places_of_the_tables_and_the_origin_of_the_link() {
     let folder = folder_with_spectrum();
-    let split = ["html", "s.isp", "--split", "split", "-q"];
-    folder.run(&split);
-    let text = folder.read("split/index.html");
-    assert!(!folder.read("split/000.bin").is_empty());
-    folder.run(&split);
-    assert!(text == folder.read("split/index.html"));
-    // The page lists its files with their checksums.
-    let text = String::from_utf8(text).expect("text");
+    let linked = |url: &str| {
+        folder.run(&["html", "s.isp", "--link", url, "-q", "-o", "linked.html"]);
+        String::from_utf8(folder.read("linked.html")).expect("text")
+    };
+    let text = linked("s.isp");
+    assert!(text.contains("worker-src blob:; connect-src 'self'; style-src"));
+    assert!(element(&text, "<script type=\"text/plain\" id=\"data\">").is_empty());
     let about = element(&text, "<script type=\"application/json\" id=\"about\">");
     let about: serde_json::Value = serde_json::from_str(about).expect("JSON");
-    for chunk in about["chunks"].as_array().expect("a list") {
-        let file = chunk["file"].as_str().expect("a name");
-        let crc32 = crc32fast::hash(&folder.read(&format!("split/{file}")));
-        assert_eq!(chunk["crc32"], crc32, "{file}");
-    }
-    std::fs::create_dir(folder.path().join("mine")).expect("made");
-    folder.write("mine/index.html", b"mine");
-    folder.write("mine/notes.txt", b"mine");
-    let line = folder.fails(&["html", "s.isp", "--split", "mine", "-q"], 3);
-    assert!(line.contains("mine: "), "{line}");
-    assert_eq!(folder.read("mine/index.html"), b"mine");
-    // Nor one with a file that its page does not list, or an empty file in place of the page.
-    folder.write("split/999.bin", b"mine");
-    let line = folder.fails(&split, 3);
-    assert!(line.contains("split: ") && line.contains("999.bin"), "{line}");
-    assert_eq!(folder.read("split/999.bin"), b"mine");
+    let link = &about["link"];
+    let file = folder.read("s.isp");
+    let number = |value: &serde_json::Value| value.as_u64().expect("a number") as usize;
+    assert_eq!((&link["url"], number(&link["end"])), (&"s.isp".into(), file.len()));
+    let [start, end] = [0, 1].map(|i| number(&link["info"][i]));
+    assert!(file[start..].starts_with(b"INFO") && file[end..].starts_with(b"EVNT"));
+    assert!(file[number(&link["isovalues"])..].starts_with(b"ISOV"));
+    let index = file.windows(4).rposition(|tag| tag == b"INDX").expect("an index");
+    let crc = u32::from_le_bytes(file[index + 24..index + 28].try_into().expect("four bytes"));
+    assert_eq!(link["crc32"], crc);
+    // A self-contained page has none of the scripts that read a file, and may not connect.
+    let text = linked("https://data.example.org:8000/a/s.isp?b=<c>");
+    assert!(
+        text.contains("worker-src blob:; connect-src https://data.example.org:8000; style-src")
+    );
+    let alone = html(&spectrum(), &page(&spectrum(), "alone")).expect("a page").0;
+    assert!(text.contains("LinkedFile") && !alone.contains("LinkedFile"));
+    assert!(!alone.contains("connect-src"));
 }
 
 #[cfg(target_os = "linux")]

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::color::ColorSources;
-use isospectrum::file::{TemporaryFolder, write_synced};
-use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
+use isospectrum::page::{self, DEFAULT_STEP, Link, Look, Page, Sizes};
 use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Image, Light, Renderer, Surface, View};
 use isospectrum::settings::IsovalueRange;
@@ -21,7 +20,7 @@ use super::cutaway_arguments::CutawayArguments;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::number_argument::{not_negative, positive};
-use super::output::{Output, check_parent};
+use super::output::Output;
 use super::progress::Bar;
 use super::spectrum_file::{Opened, PACK_BYTES, check_memory};
 use super::surface_argument::SurfaceArgument;
@@ -35,12 +34,13 @@ Examples:
   isospectrum html scan.isp -o scan.html
   Offer two named isovalues, with a title and a caption:
     isospectrum html head.isp --mark 1200=bone,-200=skin --title Head --caption 'CT, 1 mm' -o head.html
-  Publish a large spectrum on a server, which sends only what is viewed:
-    isospectrum html large.ispt --split site";
+  Publish a large spectrum on a server, from which the page fetches only what is viewed:
+    isospectrum html large.isp --link large.isp -o large.html";
 
 /// Write a spectrum as one web page with a slider for the isovalue
 ///
-/// The page is a single file. It needs no server, requests nothing from the network, and does not contain the volume.
+/// The page is a single file. It needs no server, requests nothing from the network, and does not contain the volume. With --link it fetches the
+/// isovalues that are viewed from a spectrum file on a server.
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Html {
@@ -107,13 +107,14 @@ pub(super) struct Html {
     #[command(flatten)]
     camera: CameraArguments,
     /// Page to write (.html), or - for stdout
-    #[arg(short, long, value_name = "FILE", required_unless_present = "split", help_heading = heading::OUTPUT)]
-    output: Option<PathBuf>,
-    /// Write a small page and data files to a folder
+    #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    output: PathBuf,
+    /// Fetch the isovalues from the spectrum file at this URL
     ///
-    /// For any static server. The browser requests only the isovalues that are viewed.
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "color_by"], help_heading = heading::OUTPUT)]
-    split: Option<PathBuf>,
+    /// A path relative to the page, or an http or https URL, at which a static server that answers range requests has the same file. The
+    /// page contains only the isovalues around the first one, and fetches the others from the file when they are viewed.
+    #[arg(long, value_name = "URL", conflicts_with_all = ["range", "tolerance", "step", "color_by"], help_heading = heading::OUTPUT)]
+    link: Option<String>,
     /// Remove knots within this distance of the trajectory, voxels
     #[arg(long, value_name = "VOXELS", default_value_t = 0.0, value_parser = not_negative, hide_short_help = true, help_heading = heading::OUTPUT)]
     tolerance: f64,
@@ -127,7 +128,8 @@ pub(super) struct Html {
 
 impl Html {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
-        let target = self.target()?;
+        let output = self.output()?;
+        let link = self.link()?;
         if self.range.is_none() {
             check_memory(&self.spectrum, PACK_BYTES)?;
         }
@@ -164,44 +166,42 @@ impl Html {
             .with_marks(&marks)
             .with_still(still.as_ref());
         bar.report(0.3, "packing and measuring");
-        let (name, sizes, n_files) = match target {
-            PageTarget::File(output) => {
-                let (text, sizes) = page::html(&spectrum, &page)?;
-                let name = output.name().into();
-                output.write_bytes(text.as_bytes())?;
-                (name, sizes, 0)
-            }
-            PageTarget::Folder(path) => {
-                let split = page::split(&spectrum, &page)?;
-                write_folder(&split.files, &path)?;
-                (path, split.sizes, split.files.len() - 1)
-            }
+        let (text, sizes) = match &link {
+            Some(link) => page::linked(&spectrum, &page, link)?,
+            None => page::html(&spectrum, &page)?,
         };
+        let name: PathBuf = output.name().into();
+        output.write_bytes(text.as_bytes())?;
         drop(bar);
-        report_sizes(&name, &spectrum, sizes, n_files);
+        report_sizes(&name, &spectrum, sizes, self.link.as_deref());
         Ok(())
     }
 
+    /// Returns the link to the spectrum, if there is one.
+    fn link(&self) -> Result<Option<Link>> {
+        let Some(url) = &self.link else { return Ok(None) };
+        let path = &self.spectrum;
+        match Opened::open(path)? {
+            Opened::File(_) => Link::new(url, path).map(Some),
+            _ => Err(Error::Usage(format!(
+                "{}: --link needs one spectrum file (.isp)",
+                path.display()
+            ))),
+        }
+    }
+
     /// Opens the output.
-    fn target(&self) -> Result<PageTarget> {
+    fn output(&self) -> Result<Output> {
         let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-        if let Some(path) = &self.split {
-            Output::check_apart(path, &inputs)?;
-            // Checks that the folder can be written, and that all in an old one may be removed; its temporary folder is removed
-            // at once.
-            check_parent(path)?;
-            TemporaryFolder::next_to_folder(path, page::split_files)?;
-            return Ok(PageTarget::Folder(path.clone()));
-        }
-        let output = self.output.as_deref().unwrap_or(Path::new("-"));
+        let output = self.output.as_path();
         let extension = output.extension().and_then(|e| e.to_str()).unwrap_or("");
         let is_html = ["html", "htm"].iter().any(|e| extension.eq_ignore_ascii_case(e));
         if !is_html && output != Path::new("-") {
             let shown = output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")));
         }
-        Output::open(output, &inputs).map(PageTarget::File)
+        Output::open(output, &inputs)
     }
 
     /// Returns the first isosurface, if given, and the look with all others.
@@ -300,31 +300,12 @@ impl Html {
     }
 }
 
-/// The destination of a page.
-enum PageTarget {
-    File(Output),
-    /// With data files next to it.
-    Folder(PathBuf),
-}
-
-/// Writes a page and its data files to a new folder, or replaces those of another page.
-fn write_folder(files: &[(String, Vec<u8>)], path: &Path) -> Result<()> {
-    let work = TemporaryFolder::next_to_folder(path, page::split_files)?;
-    let made = work.path().join("made");
-    std::fs::create_dir(&made).map_err(|e| Error::io(path, e))?;
-    for (name, bytes) in files {
-        write_synced(&made.join(name), bytes).map_err(|e| Error::io(path, e))?;
-    }
-    work.move_folder("made", path, page::split_files)
-}
-
 /// Reports the sizes of a page and its parts.
-fn report_sizes(name: &Path, spectrum: &Spectrum, sizes: Sizes, n_files: usize) {
+fn report_sizes(name: &Path, spectrum: &Spectrum, sizes: Sizes, link: Option<&str>) {
     let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
-    let in_files =
-        if n_files > 0 { format!(" in {n_files} files next to it") } else { String::new() };
+    let in_file = link.map_or_else(String::new, |url| format!(" in {url}"));
     log::info!(
-        "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {}{in_files} ({:.2} bytes per triangle, {:.2} per knot)",
+        "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {}{in_file} ({:.2} bytes per triangle, {:.2} per knot)",
         name.display(),
         report::bytes(sizes.page as u64),
         report::bytes(sizes.script as u64),
@@ -337,7 +318,7 @@ fn report_sizes(name: &Path, spectrum: &Spectrum, sizes: Sizes, n_files: usize) 
     if sizes.page > LARGE_PAGE {
         log::warn!(
             "the page is large ({}) and loads slowly; --range, --tolerance and --step make it smaller, \
-             --split loads parts on demand",
+             --link leaves the isovalues in the spectrum file on a server",
             report::bytes(sizes.page as u64)
         );
     }

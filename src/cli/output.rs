@@ -39,18 +39,12 @@ impl Output {
         Ok(Output::File(path.to_owned()))
     }
 
-    /// Checks that a file is no input of the command, and that no input is in a folder.
+    /// Checks that a file is no input of the command.
     ///
     /// # Errors
     ///
     /// [`Error::Usage`] with both names.
-    pub(super) fn check_apart(path: &Path, inputs: &[&Path]) -> Result<()> {
-        if let Some(input) = inputs.iter().find(|input| is_in_folder(input, path)) {
-            let (shown, input) = (path.display(), input.display());
-            return Err(Error::Usage(format!(
-                "{shown}: the input {input} is in this folder, expected another output"
-            )));
-        }
+    fn check_apart(path: &Path, inputs: &[&Path]) -> Result<()> {
         let Some(found) = inputs.iter().find(|input| is_same_file(path, input)) else {
             return Ok(());
         };
@@ -118,7 +112,7 @@ impl Output {
 /// # Errors
 ///
 /// [`Error::Io`] with the folder.
-pub(super) fn check_parent(path: &Path) -> Result<()> {
+fn check_parent(path: &Path) -> Result<()> {
     // The destination of a link can be in another folder.
     let place = final_path(path).map_err(|source| Error::io(path, source))?;
     let folder = parent_folder(&place);
@@ -146,13 +140,6 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
         let real = |path: &Path| std::fs::canonicalize(path).ok();
         real(a).is_some_and(|a| Some(a) == real(b))
     }
-}
-
-/// True if an existing path is a folder or in it, through symbolic links.
-fn is_in_folder(input: &Path, folder: &Path) -> bool {
-    let real = |path: &Path| std::fs::canonicalize(path).ok();
-    folder.is_dir()
-        && real(input).zip(real(folder)).is_some_and(|(input, folder)| input.starts_with(folder))
 }
 
 /// Returns an error of a writer; [`Output::write`] adds the path.

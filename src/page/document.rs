@@ -8,6 +8,7 @@ use super::curves::{self, Curves};
 use super::data;
 use super::field::PageField;
 use super::first::{FirstRange, first_range};
+use super::link::Link;
 use super::options::Page;
 use super::script;
 use super::template;
@@ -24,7 +25,7 @@ pub struct Sizes {
     pub page: usize,
     /// The scripts.
     pub script: usize,
-    /// The compressed spectrum, in the page (before base64) or in its files.
+    /// The compressed spectrum, in the page (before base64) or in the linked file.
     pub data: usize,
     /// The compressed isovalues that are shown first, before base64.
     pub first: usize,
@@ -36,8 +37,8 @@ pub struct Sizes {
 pub(super) enum Isovalues<'a> {
     /// In itself: the compressed spectrum.
     Embedded(&'a [u8]),
-    /// In files: the list of them as `page/split.js` reads it, and the sum of their bytes.
-    Files(Value, usize),
+    /// In a file on a server.
+    Linked(&'a Link),
 }
 
 /// Writes a spectrum as a page, and returns the HTML and the sizes of its parts.
@@ -62,24 +63,24 @@ pub(super) fn assemble(
     field: Option<&PageField>,
     isovalues: Isovalues,
 ) -> Result<(String, Sizes)> {
-    let (data, n_bytes, chunks) = match isovalues {
+    let (data, n_bytes, link) = match isovalues {
         Isovalues::Embedded(data) => (data, data.len(), None),
-        Isovalues::Files(chunks, n_bytes) => (&[][..], n_bytes, Some(chunks)),
+        Isovalues::Linked(link) => (&[][..], link.n_bytes(), Some(link)),
     };
     let first = first_range(spectrum, page.isovalue, page.step, field, n_bytes)?;
     let mut still = Vec::new();
     if let Some(image) = page.still {
         image.encode_png(&mut still).map_err(|e| Error::io("still picture", e))?;
     }
-    let script = script::script(chunks.is_some());
-    let about = about(spectrum, page, field, first.as_ref(), chunks.as_ref())?;
+    let script = script::script(link.is_some());
+    let about = about(spectrum, page, field, first.as_ref(), link)?;
     let first = first.map(|first| first.bytes).unwrap_or_default();
     let text = template::fill(&template::Parts {
         page,
         about: &about.to_string(),
         first: &BASE64.encode(&first),
         data: &BASE64.encode(data),
-        is_split: chunks.is_some(),
+        connect: link.map(Link::origin),
         script: &script,
         still: &BASE64.encode(&still),
     });
@@ -99,7 +100,7 @@ fn about(
     page: &Page,
     field: Option<&PageField>,
     first: Option<&FirstRange>,
-    chunks: Option<&Value>,
+    link: Option<&Link>,
 ) -> Result<Value> {
     let camera = &page.camera;
     let view = json!({
@@ -133,8 +134,8 @@ fn about(
         "suggested": curves.suggested(spectrum, page.statistics),
         "curves": curves,
     });
-    if let Some(chunks) = chunks {
-        about["chunks"] = chunks.clone();
+    if let Some(link) = link {
+        about["link"] = link.to_json();
     }
     Ok(about)
 }

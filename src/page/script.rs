@@ -6,8 +6,8 @@
 /// The scripts in the order in which the page has them, without the one that starts it.
 const SCRIPTS: [&str; 35] = [
     include_str!("../../page/unpack.js"),
-    include_str!("../../page/file.js"),
     include_str!("../../page/coder.js"),
+    include_str!("../../page/file.js"),
     include_str!("../../page/connectivity.js"),
     include_str!("../../page/samples.js"),
     include_str!("../../page/trajectories.js"),
@@ -45,14 +45,19 @@ const SCRIPTS: [&str; 35] = [
 /// Starts a page that contains its isovalues.
 const START: &str = include_str!("../../page/start.js");
 
-/// Starts a page that fetches its isovalues from files.
-const START_SPLIT: &str = include_str!("../../page/split.js");
+/// Reads the isovalues of a page from a spectrum file on a server, and starts the page.
+const LINKED: [&str; 4] = [
+    include_str!("../../page/container.js"),
+    include_str!("../../page/chunk.js"),
+    include_str!("../../page/ranges.js"),
+    include_str!("../../page/linked.js"),
+];
 
-/// The script of a page, a function without global names; `is_split` if the page fetches its isovalues from files.
-pub(super) fn script(is_split: bool) -> String {
-    let start = if is_split { START_SPLIT } else { START };
+/// The script of a page, a function without global names; `is_linked` if the isovalues are in a file on a server.
+pub(super) fn script(is_linked: bool) -> String {
+    let last = if is_linked { &LINKED[..] } else { &[START] };
     let mut script = String::from("(() => {\n\"use strict\";\n");
-    SCRIPTS.into_iter().chain([start]).for_each(|text| push_code(text, &mut script));
+    SCRIPTS.iter().chain(last).for_each(|text| push_code(text, &mut script));
     script.push_str("})();\n");
     script
 }
@@ -90,13 +95,11 @@ mod tests {
             let path = entry.expect("readable").path();
             if path.extension().is_some_and(|extension| extension == "js") {
                 let text = std::fs::read_to_string(&path).expect("text");
-                assert!(
-                    SCRIPTS.contains(&&*text) || [START, START_SPLIT].contains(&&*text),
-                    "{path:?}"
-                );
+                let mut all = SCRIPTS.iter().chain(&LINKED).chain([&START]);
+                assert!(all.any(|known| **known == *text), "{path:?}");
                 n += 1;
             }
         }
-        assert_eq!(n, SCRIPTS.len() + 2);
+        assert_eq!(n, SCRIPTS.len() + LINKED.len() + 1);
     }
 }

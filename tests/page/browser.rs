@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use isospectrum::export::read_ply;
+use isospectrum::file;
 use isospectrum::page::DEFAULT_STEP;
 use isospectrum::render::{Camera, Gpu, Renderer, View};
 use isospectrum::spectrum::Spectrum;
@@ -130,12 +131,11 @@ fn folder_with_pages() -> Folder {
     let (low, high) = spectrum.range();
     let isovalues = SHARES.map(|share| low * (1.0 - share) + high * share);
     // Two processes at a time, as many as there are processors on a small machine.
-    let components = std::thread::scope(|scope| {
+    let (components, linked) = std::thread::scope(|scope| {
         let others = scope.spawn(|| {
             write_noise(&folder);
             write_ball(&folder);
-            write_split(&folder);
-            components_of_noise(&folder)
+            (components_of_noise(&folder), write_linked(&folder))
         });
         write_torus(&folder);
         write_meshes(&folder, &isovalues);
@@ -163,6 +163,7 @@ fn folder_with_pages() -> Folder {
         "step": DEFAULT_STEP,
         "shaded": { "page.html": [], "noise.html": [] },
         "components": components,
+        "linked": linked,
         "colors": isovalues[1],
         "events": events,
         "unit": spectrum.volume().placement.voxel(),
@@ -316,20 +317,38 @@ fn write_ball(folder: &Folder) {
     folder.run(&["html", "ball.isp", "-o", "ball.html"]);
 }
 
-/// A page in several files, and the same in one file: noise in the middle of a volume that is so large that rounding moves no
-/// vertex by a pixel.
-fn write_split(folder: &Folder) {
+/// The shares of the range at which meshes of a linked page are compared with those of the program.
+const LINKED_SHARES: [f64; 3] = [0.03, 0.45, 0.99];
+
+/// A page that is linked to a file of several chunks, and the same in one file: noise whose values rise along z, so that few triangles are alive
+/// at any isovalue, in the middle of a volume that is so large that rounding moves no vertex by a pixel. Returns what is compared.
+fn write_linked(folder: &Folder) -> serde_json::Value {
     const SIDE: usize = 33;
-    const NOISE: usize = 18;
+    const NOISE: usize = 26;
     const START: usize = (SIDE - NOISE) / 2;
     let mut samples = vec![0; SIDE.pow(3)];
     for (i, row) in noise(NOISE.pow(3)).chunks(NOISE).enumerate() {
-        let start = ((START + i / NOISE) * SIDE + START + i % NOISE) * SIDE + START;
-        samples[start..start + NOISE].copy_from_slice(row);
+        let (z, y) = (i / NOISE, i % NOISE);
+        let start = ((START + z) * SIDE + START + y) * SIDE + START;
+        for (sample, noise) in samples[start..start + NOISE].iter_mut().zip(row) {
+            *sample = (8 + 8 * z) as u8 + noise / 8;
+        }
     }
     folder.write("large_33x33x33_uint8.raw", &samples);
     let compute = ["compute", "-q", "large_33x33x33_uint8.raw", "-o", "large.isp"];
     folder.run(&[&compute[..], &["--backend", "cpu"]].concat());
-    folder.run(&["html", "large.isp", "--split", "split"]);
-    folder.run(&["html", "large.isp", "-o", "unsplit.html"]);
+    folder.run(&["html", "large.isp", "--link", "large.isp", "-o", "linked.html"]);
+    folder.run(&["html", "large.isp", "--link", "lost.isp", "-o", "lost.html"]);
+    // There is no surface at the end of the range, so this page has no isovalues of its own.
+    folder.run(&["html", "large.isp", "--link", "large.isp", "-c", "100%", "-o", "top.html"]);
+    folder.run(&["html", "large.isp", "-o", "unlinked.html"]);
+    folder.run(&["convert", "large.isp", "large.thesis"]);
+    let spectrum = file::from_bytes(&folder.read("large.isp")).expect("just written");
+    let (low, high) = spectrum.range();
+    let isovalues = LINKED_SHARES.map(|share| low * (1.0 - share) + high * share);
+    for (i, isovalue) in isovalues.iter().map(f64::to_string).enumerate() {
+        let mesh = format!("linked-{i}.ply");
+        folder.run(&["extract", "large.isp", "-c", &isovalue, "-o", &mesh]);
+    }
+    serde_json::json!({ "isovalues": isovalues })
 }

@@ -6,14 +6,14 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 import { expected, folder } from "./browser.mjs";
-import { ActiveSet, Query, decodedPage } from "./decoded.mjs";
+import { ActiveSet, Query, decodedPage, spectrumFile } from "./decoded.mjs";
 
 /** The rounding error of sums of doubles around 100, voxels: half a step is no power of two. */
 const ROUNDING = 1e-12;
 
 /** The layout of the thesis: FORMAT.md. */
-function thesis() {
-    const bytes = readFileSync(join(folder, "s.thesis"));
+function thesis(name) {
+    const bytes = readFileSync(join(folder, name));
     let at = 0;
     const u32 = () => bytes.readUInt32LE((at += 4) - 4);
     const f32 = () => bytes.readFloatLE((at += 4) - 4);
@@ -29,7 +29,7 @@ function thesis() {
 
 test("the page has every knot and every triangle, rounded to its step", () => {
     const { about, spectrum } = decodedPage();
-    const { counts, knots, triangles } = thesis();
+    const { counts, knots, triangles } = thesis("s.thesis");
     assert.equal(about.step, expected.step);
     const { firstKnot, ranks, isovalues, positions } = spectrum;
     const distances = [];
@@ -54,6 +54,26 @@ test("the page has every knot and every triangle, rounded to its step", () => {
         assert.deepEqual(Array.from(spectrum.vertices.subarray(3 * t, 3 * t + 3)), vertices);
         assert.equal(f32(isovalues[spectrum.births[t]]), birth);
         assert.equal(f32(isovalues[spectrum.deaths[t]]), death);
+    });
+});
+
+test("the chunks of a file have every knot and every triangle, exactly and in the order of the file", async () => {
+    const { counts, knots, triangles } = thesis("large.thesis");
+    const { isovalues, chunks, quantum, decode } = await spectrumFile("large.isp");
+    // Chunks with and without a pivot, some of them several levels down.
+    assert.ok(chunks.length >= 7 && chunks.filter(({ pivot }) => pivot >= 0).length >= 3, `${chunks.length} chunks`);
+    const { firstKnot, ranks, positions, vertices, births, deaths } = decode();
+    assert.deepEqual(Array.from(firstKnot).slice(1).map((end, v) => end - firstKnot[v]), counts);
+    const f32 = Math.fround;
+    knots.forEach(([x, y, z, , , , isovalue], knot) => {
+        const found = [0, 1, 2].map((axis) => f32(quantum * positions[3 * knot + axis]));
+        if (found[0] !== x || found[1] !== y || found[2] !== z) assert.fail(`knot ${knot} is at ${found}, expected ${[x, y, z]}`);
+        if (f32(isovalues[ranks[knot]]) !== isovalue) assert.fail(`knot ${knot}`);
+    });
+    assert.equal(births.length, triangles.length);
+    triangles.forEach(([birth, death, ...corners], t) => {
+        const isSame = corners.every((v, k) => vertices[3 * t + k] === v) && f32(isovalues[births[t]]) === birth && f32(isovalues[deaths[t]]) === death;
+        if (!isSame) assert.fail(`triangle ${t}`);
     });
 });
 
