@@ -262,6 +262,9 @@ fn all_commands_take_a_file_of_bricks() {
         }
     }
     folder.run(&["html", "s.isp", "--range", "40%:60%", "-o", "s.html", "-q"]);
+    let line = folder.fails(&["html", "s.isp", "--link", "s.isp", "-o", "l.html"], 2);
+    assert!(line.contains("isospectrum convert"), "{line}");
+    folder.run(&["html", "one.isp", "--link", "one.isp", "-o", "l.html", "-q"]);
 }
 
 #[test]
