@@ -3,6 +3,7 @@
 use isospectrum::settings::{
     AxisRange, IsovalueRange, Length, PreparationSettings, Region, SweepSettings,
 };
+use isospectrum::volume::Outside;
 use isospectrum::{Choice, Error, Isovalue, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -84,6 +85,15 @@ pub(crate) fn choice_of(backend: &str) -> PyResult<Choice> {
     }
 }
 
+/// Parses the side of the layer around a volume.
+pub(crate) fn outside_of(side: &str) -> PyResult<Outside> {
+    match side {
+        "low" => Ok(Outside::Low),
+        "high" => Ok(Outside::High),
+        _ => Err(usage(format!("outside '{side}', expected low or high"))),
+    }
+}
+
 /// Settings of the sweep: parameters by name, and isovalues as texts.
 pub(crate) fn sweep_settings(
     parameters: &Bound<'_, PyDict>,
@@ -98,6 +108,13 @@ pub(crate) fn sweep_settings(
         start: start.map(|c| isovalue(&c)).transpose()?,
         parameters: parameters_of(parameters)?,
     })
+}
+
+/// The default parameters of a sweep, as JSON: what the package's arguments are checked against.
+#[pyfunction]
+pub(crate) fn default_parameters() -> PyResult<String> {
+    let defaults = serde_json::to_string(&Parameters::default());
+    defaults.map_err(|e| raised(Error::internal(e.to_string())))
 }
 
 /// Parses an isovalue.

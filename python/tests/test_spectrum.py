@@ -28,14 +28,14 @@ def test_a_spectrum_describes_its_volume(spectrum, array):
 
 def test_tables_are_data_frames(spectrum):
     pd = importlib.import_module("pandas")
-    for table in (spectrum.curves, spectrum.events, spectrum.components(0.55)):
+    for table in (spectrum.curves(), spectrum.events, spectrum.components(0.55)):
         frame = pd.DataFrame(table)
         assert list(frame.columns) == list(table.dtype.names) and len(frame) == len(table) > 1
     assert pd.DataFrame(spectrum.components(spectrum.range[1])).empty
 
 
 def test_curves_are_the_measures_of_meshes(spectrum):
-    curves = spectrum.curves
+    curves = spectrum.curves()
     assert len(curves) == 129 and (curves["isovalue"][[0, -1]] == spectrum.range).all()
     for row in curves[[20, 64, 100]]:
         m = spectrum.mesh(row["isovalue"])

@@ -11,15 +11,21 @@ direction matrix, vertices. Meshes, events and components are in the world frame
 **Isovalues** are numbers, or texts as on the command line: ``"50%"`` of the range, ``"p99"`` of the samples, ``"2.5sigma"``
 above their mean, ``"top:1%"`` of them.
 
-**Errors** are subclasses of :class:`isospectrum.Error`, with the messages of the command line. Ctrl-C stops a computation.
+**Errors** are subclasses of :class:`isospectrum.Error`, warnings of :class:`isospectrum.Warning`. Ctrl-C stops a computation.
 """
 
 from __future__ import annotations
 
+import os as _os
+
+from . import _native
+from ._analysis import Analysis, Suggestion, analyze
 from ._compute import compute, open
 from ._errors import (
+    ArgumentError,
     Error,
     FileError,
+    ForkError,
     GpuError,
     InputError,
     InternalError,
@@ -27,6 +33,7 @@ from ._errors import (
     RangeError,
     UsageError,
     VerificationError,
+    Warning,
 )
 from ._mesh import Mesh
 from ._picture import Picture
@@ -34,8 +41,11 @@ from ._report import Report
 from ._spectrum import Spectrum
 
 __all__ = [
+    "Analysis",
+    "ArgumentError",
     "Error",
     "FileError",
+    "ForkError",
     "GpuError",
     "InputError",
     "InternalError",
@@ -45,11 +55,19 @@ __all__ = [
     "RangeError",
     "Report",
     "Spectrum",
+    "Suggestion",
     "UsageError",
     "VerificationError",
+    "Warning",
+    "analyze",
     "compute",
     "open",
 ]
+for _class in (Picture, Report):
+    _class.__module__ = "isospectrum"
+del _class
+if hasattr(_os, "register_at_fork"):
+    _os.register_at_fork(after_in_child=_native.after_fork)
 __version__: str
 
 
