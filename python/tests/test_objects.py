@@ -254,7 +254,8 @@ def test_a_distance_field_has_meshes_of_positive_volume(run, tmp_path):
     distance = np.sqrt((x - 5.4) ** 2 + (y - 5.6) ** 2 + (z - 5.3) ** 2)
     s = isospectrum.compute(distance, name="d.npy", outside="high", backend="cpu", progress=False)
     m = s.mesh(4)
-    assert m.volume == pytest.approx(4 / 3 * np.pi * 4**3, rel=0.02)
+    # The tolerance of a tenth of a voxel is a fortieth of the radius.
+    assert m.volume == pytest.approx(4 / 3 * np.pi * 4**3, rel=3 / 40)
     assert (np.einsum("ij,ij->i", m.normals, m.vertices - np.array([5.4, 5.6, 5.3])) > 0).all()
     assert s.mesh(4, gradient_direction="descent").volume == pytest.approx(-m.volume)
     # As the program's.
@@ -271,7 +272,7 @@ def test_isovalues_are_suggested_with_reasons(array, run, tmp_path):
     assert [(s.isovalue, s.by) for s in found.suggestions] == [(c["isovalue"], c["by"]) for c in program["candidates"]]
     assert len(found.events) == program["n_events"] and found.range == (array.min(), array.max())
     two = found.suggestions[1]
-    assert two.reason.startswith("2 components")
+    assert two.reason.startswith("lies in 1 branch of the contour tree")
     s = isospectrum.compute(array, backend="cpu", progress=False)
     assert s.mesh(two).n_components == 2
 

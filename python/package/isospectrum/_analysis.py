@@ -25,7 +25,7 @@ class Suggestion:
         The isovalue.
     by : {"otsu", "persistence"}
         ``"otsu"``: it separates the samples into two classes with the largest variance between them. ``"persistence"``: it is the middle of
-        the interval with the most components that live for at least 5 % of the range.
+        the interval with the most branches of the contour tree that are at least 5 % of the range long.
     reason : str
         The same as a sentence.
     """
@@ -95,7 +95,8 @@ def analyze(a: Any, **options: Any) -> Analysis:
 def _reason(by: str, n: int | None) -> str:
     if by == "otsu":
         return "separates the samples into two classes with the largest variance between them (Otsu)"
-    return f"{n} components that live for at least 5 % of the range are separate here"
+    branches = "1 branch" if n == 1 else f"{n} branches"
+    return f"lies in {branches} of the contour tree that are at least 5 % of the range long, the most: here the most components are separate"
 
 
 for _class in (Suggestion, Analysis):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, SupportsFloat, SupportsIndex, Union
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, Protocol, SupportsFloat, SupportsIndex, Union
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from ._sources import volume
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from ._widget import Widget
-
 #: A colour: a name, ``"#rrggbb"``, or three numbers from 0 to 1; with an opacity as ``"skin@0.3"``, or four numbers.
 Look = Union[str, "Sequence[SupportsFloat]", "npt.NDArray[Any]"]
 
@@ -32,6 +30,32 @@ ColorMap = Literal["viridis", "cividis", "magma", "inferno", "plasma", "vik"]
 Background = Literal["white", "light", "dark", "transparent"]
 Light = Literal["upper-left", "eye", "left", "right", "above", "below"]
 Numbers = Union["Sequence[SupportsFloat]", "npt.NDArray[Any]"]
+
+
+class Slider(Protocol):
+    """The widget of a notebook.
+
+    Attributes
+    ----------
+    isovalue : float
+        The isovalue shown.
+    height : int
+        Height in pixels.
+    range : (float, float)
+        Lowest and highest isovalue.
+    """
+
+    isovalue: float
+    height: int
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest isovalue."""
+        ...
+
+    def observe(self, handler: Callable[[Any], object], names: str = ...) -> None:
+        """Call a function when a value changes."""
+        ...
 
 
 class Drawing:
@@ -274,15 +298,26 @@ class Drawing:
             raise UsageError(f"isovalues {c!r}, expected one or more")
         return shown
 
-    def widget(self, c: Isovalue | None = None, **options: Any) -> Widget:
+    def widget(self, c: Isovalue | None = None, **options: Any) -> Slider:
         """A picture with a slider for notebooks (JupyterLab, VS Code, Colab, marimo); needs anywidget.
 
-        ``w.isovalue`` and the slider follow each other; ``w.observe`` reports changes. ``options`` are ``height`` (pixels) and those of
-        :meth:`html`.
+        Parameters
+        ----------
+        c : isovalue, optional
+            The isovalue that is shown first.
+        **options
+            ``height`` (pixels), and those of :meth:`html`.
+
+        Returns
+        -------
+        widget
+            ``w.isovalue`` and the slider follow each other; ``w.observe`` reports changes.
         """
         from ._widget import Widget
 
-        return Widget(self, c, **options)
+        of: Any = self
+        made: Any = Widget(of, c, **options)
+        return made
 
 
 def several_of(c: Any) -> list[Any] | None:

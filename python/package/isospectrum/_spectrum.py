@@ -60,6 +60,10 @@ class Spectrum(Drawing):
 
     __slots__ = ("__weakref__", "_about", "_last", "_native", "_picture")
 
+    _about: dict[str, Any]
+    _last: tuple[Any, Mesh | None]
+    _picture: str | None
+
     def __init__(self, native: _native.Spectrum) -> None:
         put = object.__setattr__
         put(self, "_native", native)
@@ -149,9 +153,11 @@ class Spectrum(Drawing):
     # Meshes.
 
     @overload
-    def mesh(self, c: Isovalue | None = None, **options: Unpack[MeshOptions]) -> Mesh: ...
+    def mesh(self, c: str | None = None, **options: Unpack[MeshOptions]) -> Mesh: ...
     @overload
     def mesh(self, c: Sequence[Isovalue] | npt.NDArray[Any], **options: Unpack[MeshOptions]) -> list[Mesh]: ...
+    @overload
+    def mesh(self, c: SupportsFloat, **options: Unpack[MeshOptions]) -> Mesh: ...
 
     @public
     def mesh(
