@@ -42,6 +42,8 @@ def of_vtk(grid: Any) -> tuple[np.ndarray, Frame]:
     """The scalars of the points of a vtkImageData or a vtkRectilinearGrid with even coordinates."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
+    if not hasattr(grid, "GetDirectionMatrix") and not hasattr(grid, "GetXCoordinates"):
+        raise InputError(f"a {grid.GetClassName()}, expected samples on a regular grid: pyvista's sample() makes a vtkImageData")
     scalars = grid.GetPointData().GetScalars()
     if scalars is None:
         raise InputError(f"a {grid.GetClassName()} without scalars of points, expected some: GetPointData().SetActiveScalars(name)")
@@ -53,8 +55,6 @@ def of_vtk(grid: Any) -> tuple[np.ndarray, Frame]:
         ends = [even(name, one) for name, one in zip("xyz", along)]
         axes = np.diag([np.sign(step) for _, step in ends])
         return array, Frame.of_matrix([first for first, _ in ends], axes, spacing=tuple(abs(step) for _, step in ends))
-    if not hasattr(grid, "GetDirectionMatrix"):
-        raise InputError(f"a {grid.GetClassName()}, expected samples on a regular grid: pyvista's sample() makes a vtkImageData")
     direction = grid.GetDirectionMatrix()
     matrix = np.array([[direction.GetElement(row, column) for column in range(3)] for row in range(3)])
     spacing, extent = np.array(grid.GetSpacing()), grid.GetExtent()

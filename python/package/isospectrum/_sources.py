@@ -182,7 +182,7 @@ def array_and_frame(source: Any) -> tuple[np.ndarray, Frame]:
 
 def lazy_and_frame(source: Any) -> tuple[Any, Frame]:
     """The array ``[z, y, x]`` of a source, which may not be in memory yet, and its frame."""
-    if hasattr(source, "GetDirection") and hasattr(source, "GetNumberOfComponentsPerPixel"):
+    if hasattr(source, "GetDirection") and hasattr(source, "GetPixelIDTypeAsString"):
         return of_simple_itk(source)
     if hasattr(source, "dataobj") and hasattr(source, "affine"):
         return of_nibabel(source)
