@@ -5,6 +5,15 @@
 >>> m = s.mesh("p99")                                           # m.vertices, m.triangles, m.normals
 >>> m.save("surface.stl")
 
+==================  ======================================================================================
+:func:`compute`      the :class:`Spectrum` of an array, an image or a file
+:func:`open`         a spectrum that has been saved
+:func:`analyze`      isovalues of interest, without computing a spectrum
+:class:`Spectrum`    ``mesh``, ``sweep``, ``curves``, ``events``, ``components``, ``trajectory``, ``lifetimes``,
+                     ``render``, ``html``, ``widget``, ``verify``, ``save``
+:class:`Mesh`        arrays, measures, ``sample``, ``save``, ``to_pyvista``, ``to_trimesh``, ``to_napari``, ...
+==================  ======================================================================================
+
 **Frames.** Arrays are ``a[z, y, x]``. Everything else is in the order x, y, z: spacing, origin, the columns of the
 direction matrix, vertices. Meshes, events and components are in the world frame, in the unit of the spacing.
 

@@ -84,7 +84,7 @@ def analyze(a: Any, **options: Any) -> Analysis:
     >>> a = np.maximum(5 - np.hypot(np.hypot(x - 6, y - 6), z - 6), 4 - np.hypot(np.hypot(x - 17, y - 6), z - 6))
     >>> for one in isospectrum.analyze(a).suggestions:
     ...     print(one.by, round(one.isovalue, 1))
-    otsu -2.1
+    otsu -1.0
     persistence 1.5
     """
     given = volume(a, **options)

@@ -119,29 +119,46 @@ class Drawing:
 
         Parameters
         ----------
-        c
+        path : path, optional
+            File to write.
+        c : isovalue, or several, optional
             Isovalue at which the page opens. Of several, as in :meth:`render`, the first is that of the slider, and the others are
             always shown.
-        title, caption, credit
+        title, caption, credit : str, optional
             Heading, text below the picture, and author.
-        marks
+        marks : dict, optional
             Named isovalues offered to the reader: ``{"bone": 1200, "skin": -200}``.
-        range, tolerance, step
+        range, tolerance, step : two isovalues, float, float, optional
             Isovalues to publish; distance within which knots are left out; multiples to which positions are rounded (voxels).
-        camera, up, orthographic, color, color_by, color_map, color_range, color_center, light, clip, opacity, occlusion, wireframe
+        camera, up, orthographic, color, color_by, color_map, color_range, color_center, light, clip, opacity, occlusion, wireframe : optional
             Initial appearance, as in :meth:`render`; colours are none, quality, lifetime, curvature or component.
-        background
+        background : {"white", "light", "dark"}, optional
             Initial background: white, light or dark; by default that of the reader's browser.
-        axes
+        axes : bool, default False
             Show the box, the axes and a scale bar initially.
-        open
+        open : bool, optional
             Leave out the caps, as in :meth:`mesh`.
-        keep, min_volume, min_area, at
+        keep, min_volume, min_area, at : optional
             As in :meth:`mesh`.
-        volume
+        volume : array, image, or path, optional
             The volume (as for :func:`isospectrum.compute`), for its histogram; the page does not contain its samples.
-        still
+        still : bool, default True
             Include a picture for readers without WebGPU and WebGL. It needs a GPU adapter, and is left out without one.
+
+        Returns
+        -------
+        str or None
+            The page, if no path is given.
+
+        See Also
+        --------
+        widget : The same in a notebook.
+
+        Examples
+        --------
+        >>> import isospectrum
+        >>> s = isospectrum.compute(phantom="sphere:12", progress=False)
+        >>> s.html("sphere.html", title="A sphere", marks={"half": 0.5}, still=False)
         """
         appearance = self._appearance_arguments(locals())
         page = self._native.html(
@@ -200,50 +217,70 @@ class Drawing:
 
         Parameters
         ----------
-        c
+        c : isovalue, or several, optional
             An isovalue, several, or several with a colour each: ``{1200: "bone", -200: "skin@0.3"}`` (a name or ``#rrggbb``,
-            and an opacity).
-        size
+            and an opacity; or what matplotlib takes, as ``(1, 0, 0)``).
+        size : two ints, default (1024, 768)
             Width and height, pixels.
-        camera
+        camera : two or three floats, optional
             Azimuth and elevation in degrees, and a distance relative to the one at which ``fit`` (``"surface"`` or ``"volume"``)
             fills the picture.
-        up, orthographic
+        up, orthographic : str, bool, optional
             Axis of the volume that points up (``"x"``, ``"-x"``, ...; by default the z axis of the world); parallel projection.
-        color
+        color : {"none", "quality", "lifetime", "curvature", "distance", "component", "normal"}
             Quantity that the colours show: none, quality, lifetime, curvature, distance (to the isosurface; needs ``volume``),
             component or normal.
-        color_by
+        color_by : array, image, or path, optional
             Another volume (as for :func:`isospectrum.compute`), whose values the colours show in place of ``color``. An array has the
             frame of the spectrum's volume.
-        color_map
+        color_map : str, optional
             viridis, cividis, magma, inferno, plasma, or vik with a neutral middle; by default one that suits the quantity.
-        color_range, color_center
+        color_range, color_center : two numbers or str, float, optional
             Values of the first and the last colour, a pair or a text such as ``"p5:p95"``; value of the middle colour.
-        legend
+        legend : bool, default True
             Draw a legend of the colours.
-        background
+        background : {"white", "light", "dark", "transparent"}
             white, light, dark or transparent.
-        light
+        light : str, default "upper-left"
             Direction of the main light: upper-left, eye, left, right, above or below.
-        clip
+        clip : str, optional
             Clip plane perpendicular to an axis of the volume, at a share of its length or a distance from the first sample:
             ``"x:50%"``, ``"z:12.5"``, or ``"-x:50%"`` to keep the other side.
-        opacity
+        opacity : float, default 1
             Opacity of the surface, 0 to 1.
-        occlusion, wireframe
+        occlusion, wireframe : bool, default False
             Ambient occlusion; draw the edges of the triangles.
-        axes, scale_bar
+        axes, scale_bar : bool, default False
             The box of the volume, the axes of the world and a scale bar; a scale bar alone.
-        label
+        label : str, optional
             Text at the top; ``{isovalue}`` is replaced by the isovalue.
-        volume
+        volume : array, image, or path, optional
             The volume, for ``color="distance"``.
+        fit : {"surface", "volume"}
+            What fills the picture.
+        keep, min_volume, min_area, at : optional
+            As in :meth:`mesh`.
+        open : bool, optional
+            Leave out the caps, as in :meth:`mesh`.
+        adapter : str, optional
+            A part of the name of the GPU adapter.
+
+        Returns
+        -------
+        Picture
+            An array that notebooks display, with a method ``save``.
 
         Raises
         ------
         isospectrum.GpuError
             If there is no GPU adapter (Mesa's software adapter suffices).
+
+        Examples
+        --------
+        >>> import isospectrum
+        >>> s = isospectrum.compute(phantom="blobs:12", progress=False)
+        >>> s.render({"20%": "bone@0.5", "70%": (1, 0, 0)}, size=(64, 48)).shape
+        (48, 64, 4)
         """
         choice(fit, "fit", ("surface", "volume"))
         surfaces = self._surfaces(c)

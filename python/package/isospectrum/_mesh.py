@@ -202,8 +202,9 @@ class Mesh:
         Parameters
         ----------
         volume_ : array, image, or path
-            As for :func:`isospectrum.compute`, with its arguments for the frame; without a frame it has that of the spectrum's volume, if
-            it has as many samples.
+            As for :func:`isospectrum.compute`; an array without a frame has that of the spectrum's volume, if it has as many samples.
+        **frame
+            Arguments of :func:`isospectrum.compute` that describe the volume, such as ``spacing``.
 
         Returns
         -------
@@ -217,7 +218,7 @@ class Mesh:
         >>> s = isospectrum.compute((x - 4) ** 2 + (y - 4) ** 2 + (z - 4) ** 2, outside="high", progress=False)
         >>> heights = s.mesh(9).sample(z)
         >>> float(heights.min().round(1)), float(heights.max().round(1))
-        (1.0, 7.0)
+        (1.1, 6.9)
         """
         return self._surface.sample(volume(volume_, **frame))
 
