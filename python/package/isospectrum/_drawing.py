@@ -64,15 +64,11 @@ class Drawing:
     __slots__ = ()
 
     _native: _native.Spectrum
+    _has_mask: bool
 
     @property
     def volume(self) -> dict[str, Any]:
         """Description of the volume."""
-        raise NotImplementedError
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """Record of the computation."""
         raise NotImplementedError
 
     def isovalue(self, c: Isovalue | None = None) -> float:
@@ -322,7 +318,7 @@ class Drawing:
 
     def _is_open(self, open: bool | None) -> bool:  # noqa: A002 (as --open)
         """True if meshes are open: the argument, or whether there is a mask."""
-        return "mask" in self.parameters.get("preparation", {}) if open is None else bool(open)
+        return self._has_mask if open is None else bool(open)
 
     def _surfaces(self, c: Shown) -> list[tuple[float, int | None, float | None]]:
         """The isovalues to show, each with its colour and opacity."""

@@ -58,7 +58,7 @@ class Spectrum(Drawing):
     <isospectrum.Mesh: 804 triangles, 404 vertices at 0.220048>
     """
 
-    __slots__ = ("__weakref__", "_about", "_last", "_native", "_picture")
+    __slots__ = ("__weakref__", "_about", "_has_mask", "_last", "_native", "_picture")
 
     _about: dict[str, Any]
     _last: tuple[Any, Mesh | None]
@@ -68,6 +68,7 @@ class Spectrum(Drawing):
         put = object.__setattr__
         put(self, "_native", native)
         put(self, "_about", json.loads(native.about()))
+        put(self, "_has_mask", "mask" in self._about["parameters"].get("preparation", {}))
         #: The last mesh, and what it was asked for by.
         put(self, "_last", (None, None))
         put(self, "_picture", None)
