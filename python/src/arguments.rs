@@ -3,7 +3,6 @@
 use isospectrum::settings::{
     AxisRange, IsovalueRange, Length, PreparationSettings, Region, SweepSettings,
 };
-use isospectrum::volume::Outside;
 use isospectrum::{Choice, Error, Isovalue, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -82,15 +81,6 @@ pub(crate) fn choice_of(backend: &str) -> PyResult<Choice> {
         "gpu" => Ok(Choice::Gpu),
         "cpu" => Ok(Choice::Cpu),
         _ => Err(usage(format!("backend '{backend}', expected auto, gpu or cpu"))),
-    }
-}
-
-/// Parses the side of the layer around a volume.
-pub(crate) fn outside_of(side: &str) -> PyResult<Outside> {
-    match side {
-        "low" => Ok(Outside::Low),
-        "high" => Ok(Outside::High),
-        _ => Err(usage(format!("outside '{side}', expected low or high"))),
     }
 }
 

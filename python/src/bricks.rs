@@ -14,14 +14,14 @@ use isospectrum::{Error, Noise, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::arguments::{outside_of, sweep_settings};
+use crate::arguments::sweep_settings;
 use crate::backend::Wanted;
 use crate::compute::rounded;
 use crate::errors::raised;
 use crate::handle::Handle;
 use crate::spectrum::Spectrum;
 use crate::threads::with_threads;
-use crate::volume::{placement, samples_of};
+use crate::volume::{outside_of, placement, samples_of};
 use crate::watch::{detached, watched};
 
 /// The frame of a volume: origin, spacing, direction, space and unit, as [`Volume`](crate::volume::Volume) takes them.

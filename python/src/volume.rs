@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use isospectrum::volume::{
-    Placement, ReadOptions, Space, Unit, phantom, read_volume, replace_not_finite,
+    Outside, Placement, ReadOptions, Space, Unit, phantom, read_volume, replace_not_finite,
 };
 use isospectrum::{Samples, suggestions};
 use numpy::ndarray::ArrayViewD;
@@ -11,7 +11,6 @@ use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arguments::outside_of;
 use crate::errors::{raised, usage};
 use crate::reports;
 use crate::watch::{detached, watched};
@@ -182,6 +181,15 @@ pub(crate) fn placement(
         "LPS" => Ok(in_unit.of_patient(Space::Lps)),
         "RAS" => Ok(in_unit.of_patient(Space::Ras)),
         _ => Err(usage(format!("space '{space}', expected LPS or RAS"))),
+    }
+}
+
+/// Parses the side of the layer around a volume.
+pub(crate) fn outside_of(side: &str) -> PyResult<Outside> {
+    match side {
+        "low" => Ok(Outside::Low),
+        "high" => Ok(Outside::High),
+        _ => Err(usage(format!("outside '{side}', expected low or high"))),
     }
 }
 

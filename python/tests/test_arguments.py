@@ -172,8 +172,8 @@ def test_a_mistake_is_an_error_of_one_line_of_the_family(spectrum, mistake):
 @pytest.mark.parametrize("mistake, remedy", [
     ("a colour as the quantity", r"\{0.5: 'red'\}"), ("isovalues in place of a number", r"mesh\(\[3, 4\]\) gives one for each"),
     ("a spectrum as a volume", "isospectrum.open reads"), ("the address of a scheduler", "expected a dask.distributed.Client"),
-    ("a data set of two", "array="), ("NaN", "nan_as=VALUE"), ("nothing", "_NoArray, expected an array of numbers"),
-    ("None", "None, expected an array of numbers"), ("a mask without a border", "true everywhere"),
+    ("a data set of two", "no array=, expected one of the data set.s p, q"), ("NaN", "nan_as=VALUE"), ("nothing", "_NoArray, expected an array of numbers"),
+    ("None", "None, expected an array of numbers"), ("a volume with a unit", "in cubes of the unit"), ("a mask without a border", "true everywhere"),
 ])  # fmt: skip
 def test_an_error_says_what_helps(spectrum, mistake, remedy):
     with pytest.raises(isospectrum.Error, match=remedy):

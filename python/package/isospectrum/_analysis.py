@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from . import _native
 from ._arguments import public
 from ._sources import volume
-from ._spectrum import structured
+from ._tables import structured
 
 if TYPE_CHECKING:
     import numpy as np

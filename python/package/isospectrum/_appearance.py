@@ -74,8 +74,10 @@ def clip(clip: str, volume: dict[str, Any]) -> tuple[tuple[float, float, float],
 
 def kept(keep: Any, min_volume: Any, min_area: Any, at: Any) -> tuple[Any, ...] | None:
     """The components to keep: number, least volume, least area, point; ``None`` to keep all."""
-    limits = [number(value, name, "0 or a number above", lambda x: 0 <= x < float("inf"))
-              for value, name in ((min_volume, "min_volume"), (min_area, "min_area"))]  # fmt: skip
+    limits = [
+        number(value, name, f"0 or a number above, in {powers} of the unit of the spacing", lambda x: 0 <= x < float("inf"))
+        for value, name, powers in ((min_volume, "min_volume", "cubes"), (min_area, "min_area", "squares"))
+    ]
     if keep is None and not any(limits) and at is None:
         return None
     if isinstance(keep, str) and keep != "largest":

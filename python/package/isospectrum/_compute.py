@@ -245,7 +245,7 @@ def compute(
         of_whole = ("crop", "median", "smooth", "downsample", "mask", "min_component", "persistence", "initial_mesh", "max_memory", "max_triangles")
         _refuse({key: given[key] for key in of_whole}, "needs the whole volume in memory, with client, parts or to")
         if client is not None and not hasattr(client, "scheduler_info"):
-            raise UsageError(f"client {client!r}, expected a dask.distributed.Client")
+            raise UsageError(f"client {client!r}, expected a dask.distributed.Client, which connects to an address")
         lazy, place = (None, None) if isinstance(a, (str, os.PathLike, _native.Volume)) else lazy_and_frame(a)
         if not _bricks.is_chunked(lazy):
             raise UsageError("client, parts and to need an array that is read by chunks: dask, Zarr, HDF5")

@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 if TYPE_CHECKING:
     import meshio
     import nibabel
+    import numpy.typing as npt
     import pyvista
     import trimesh
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-    from ._mesh import Mesh
+
+class Triangles(Protocol):
+    """The part of a mesh that is converted."""
+
+    vertices: npt.NDArray[np.float32]
+    triangles: npt.NDArray[np.int32]
+    normals: npt.NDArray[np.float32]
+    caps: npt.NDArray[np.bool_]
+    isovalue: float
+
+    @property
+    def n_vertices(self) -> int: ...
+    @property
+    def n_triangles(self) -> int: ...
+    def points(self) -> npt.NDArray[Any]: ...
 
 
-def to_pyvista(mesh: Mesh) -> pyvista.PolyData:
+def to_pyvista(mesh: Triangles) -> pyvista.PolyData:
     import pyvista
 
     made = pyvista.PolyData.from_regular_faces(np.array(mesh.points()), mesh.triangles.astype(int))
@@ -27,7 +42,7 @@ def to_pyvista(mesh: Mesh) -> pyvista.PolyData:
     return made
 
 
-def to_vtk(mesh: Mesh) -> vtkPolyData:
+def to_vtk(mesh: Triangles) -> vtkPolyData:
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -49,7 +64,7 @@ def to_vtk(mesh: Mesh) -> vtkPolyData:
     return made
 
 
-def to_trimesh(mesh: Mesh) -> trimesh.Trimesh:
+def to_trimesh(mesh: Triangles) -> trimesh.Trimesh:
     import trimesh
 
     return trimesh.Trimesh(
@@ -62,7 +77,7 @@ def to_trimesh(mesh: Mesh) -> trimesh.Trimesh:
     )
 
 
-def to_meshio(mesh: Mesh) -> meshio.Mesh:
+def to_meshio(mesh: Triangles) -> meshio.Mesh:
     import meshio
 
     return meshio.Mesh(
@@ -74,7 +89,7 @@ def to_meshio(mesh: Mesh) -> meshio.Mesh:
     )
 
 
-def to_gifti(mesh: Mesh) -> nibabel.gifti.GiftiImage:
+def to_gifti(mesh: Triangles) -> nibabel.gifti.GiftiImage:
     import nibabel
 
     points = nibabel.gifti.GiftiDataArray(np.array(mesh.vertices), intent="NIFTI_INTENT_POINTSET", datatype="NIFTI_TYPE_FLOAT32")

@@ -71,6 +71,11 @@ class Drawing:
         """Description of the volume."""
         raise NotImplementedError
 
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Record of the computation."""
+        raise NotImplementedError
+
     def isovalue(self, c: Isovalue | None = None) -> float:
         """An isovalue as a number."""
         raise NotImplementedError
@@ -349,7 +354,7 @@ class Drawing:
         from ._widget import Widget
 
         of: Any = self
-        made: Any = Widget(of, c, **options)
+        made: Slider = Widget(of, c, **options)
         return made
 
 

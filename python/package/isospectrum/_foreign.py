@@ -98,7 +98,8 @@ def named(source: Any, name: str | None) -> Any:
         if name is None and len(names) == 1:
             name = names[0]
         if name not in names:
-            raise UsageError(f"a data set of {', '.join(names) or 'no arrays'}, expected array= with one of them, not {name!r}")
+            given = "no array=" if name is None else f"array {name!r}"
+            raise UsageError(f"{given}, expected one of the data set's {', '.join(names) or 'arrays, of which there are none'}")
         return source[name]
     if name is None:
         return source

@@ -69,6 +69,8 @@ class Mesh:
     normals: Floats
     caps: npt.NDArray[np.bool_]
     isovalue: float
+    _surface: _native.Surface
+    _labels: npt.NDArray[np.uint32] | None
 
     def __init__(self, surface: _native.Surface, isovalue: float) -> None:
         vertices, triangles, normals, caps = surface.arrays()
@@ -184,9 +186,11 @@ class Mesh:
     def labels(self) -> npt.NDArray[np.uint32]:
         """The number of the component of each triangle (m,): from 1, the largest by volume first, as in
         :meth:`Spectrum.components` for a mesh of all components."""
-        if self._labels is None:
-            object.__setattr__(self, "_labels", _frozen(self._surface.labels()))
-        return self._labels
+        labels = self._labels
+        if labels is None:
+            labels = _frozen(self._surface.labels())
+            object.__setattr__(self, "_labels", labels)
+        return labels
 
     def _corners(self) -> tuple[npt.NDArray[np.float64], ...]:
         """The corners of all triangles, relative to the first vertex."""
@@ -245,7 +249,7 @@ class Mesh:
         if hasattr(path, "write"):
             if format is None:
                 raise UsageError("an open file without a format, expected format='ply' or another")
-            path.write(self._surface.encoded(format))  # type: ignore[union-attr]
+            path.write(self._surface.encoded(format))
             return
         path = path_of(path)
         if format is not None and not path.lower().endswith(f".{format}"):

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import base64
 import html
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ._errors import GpuError
-
-if TYPE_CHECKING:
-    from ._mesh import Mesh
-    from ._spectrum import Spectrum
 
 #: Isovalues of the curve: enough for its shape.
 N_CURVE = 33
@@ -21,8 +17,8 @@ N_CURVE = 33
 PICTURE, CURVE = (240, 180), (240, 60)
 
 
-def of_spectrum(spectrum: Spectrum) -> str:
-    """A spectrum: its picture at the isovalue at which a page opens, its range, its counts, and the area by isovalue."""
+def of_spectrum(spectrum: Any) -> str:
+    """A :class:`isospectrum.Spectrum`: its picture at the isovalue at which a page opens, its range, its counts, and the area by isovalue."""
     about, (low, high) = spectrum.volume, spectrum.range
     unit = "" if str(about["placement"]["unit"]).lower() == "unknown" else f" {about['placement']['unit']}"
     rows = [
@@ -37,8 +33,8 @@ def of_spectrum(spectrum: Spectrum) -> str:
     return _page(_picture(spectrum, shown), _table(rows) + _curve(curves["isovalue"], curves["area"], "area by isovalue"))
 
 
-def of_mesh(mesh: Mesh) -> str:
-    """A mesh: its isovalue, its counts and measures."""
+def of_mesh(mesh: Any) -> str:
+    """A :class:`isospectrum.Mesh`: its isovalue, its counts and measures."""
     sizes = " x ".join(f"{size:.4g}" for size in np.ptp(mesh.bounds, axis=0))
     rows = [
         ("isovalue", f"{mesh.isovalue:g}"),
@@ -60,7 +56,7 @@ def _table(rows: list[tuple[str, str]]) -> str:
     return f"<table>{''.join(cells)}</table>"
 
 
-def _picture(spectrum: Spectrum, title: str) -> str:
+def _picture(spectrum: Any, title: str) -> str:
     if spectrum._picture is None:
         try:
             png = spectrum.render(size=PICTURE)._repr_png_() or b""

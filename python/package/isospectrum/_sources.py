@@ -110,7 +110,7 @@ def chosen(source: Any, parts: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
             raise ArgumentError(f"a volume has no argument {key!r}{nearest(key, [*FILE_ARGUMENTS, *FRAME_ARGUMENTS])}")
     given = {key: value for key, value in parts.items() if value is not None}
     if isinstance(source, _native.Volume):
-        kind, has = "a volume", ()
+        kind, has = "a volume", _NONE
     elif isinstance(source, (str, os.PathLike)) and not _ome_zarr.is_folder(source):
         kind, has = "a file", tuple(a for a in FILE_ARGUMENTS if a != "level")
     else:
@@ -120,7 +120,7 @@ def chosen(source: Any, parts: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         elif _foreign.has_named_arrays(source):
             kind, has = "named arrays", NAMED_ARGUMENTS
         else:
-            kind, has = "an array", ()
+            kind, has = "an array", _NONE
     for key, value in given.items():
         if key not in has:
             remedy = "; index it, as in a[2], for one of several" if kind == "an array" and key in ("frame", "channel") else ""
@@ -131,6 +131,8 @@ def chosen(source: Any, parts: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         return _foreign.named(source, given.get("array")), {}
     return source, given
 
+
+_NONE: tuple[str, ...] = ()
 
 #: What the arguments are for.
 _FOR = {
