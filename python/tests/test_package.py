@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.metadata
 import re
+import subprocess
+import sys
 
 import isospectrum
 
@@ -12,12 +14,16 @@ from .conftest import ROOT
 
 def test_licences_are_those_of_the_repository_and_in_the_package():
     names = importlib.metadata.metadata("isospectrum").get_all("License-File")
-    assert sorted(names) == ["LICENSE-APACHE", "LICENSE-MIT"]
+    assert sorted(names) == ["LICENSE-APACHE", "LICENSE-MIT", "NOTICES.txt"]
     found = {f.name: f for f in importlib.metadata.files("isospectrum") or [] if f.name in names}
     for name in names:
-        text = (ROOT / name).read_text()
-        assert (ROOT / "python" / name).read_text() == text
-        assert found[name].read_text() == text
+        assert found[name].read_text() == (ROOT / "python" / name).read_text()
+        assert name == "NOTICES.txt" or (ROOT / name).read_text() == (ROOT / "python" / name).read_text()
+
+
+def test_the_licences_of_all_crates_are_there():
+    done = subprocess.run([sys.executable, ROOT / "scripts" / "python-notices", "--check"], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
 
 
 def test_metadata_describe_the_package():
