@@ -5,6 +5,7 @@
 //!
 //! The library never runs while the interpreter's lock is held, and no other lock is waited for with it.
 
+mod analysis;
 mod appearance;
 mod arguments;
 mod arrays;
@@ -29,6 +30,8 @@ use pyo3::prelude::*;
 #[pymodule(name = "_native", gil_used = false)]
 mod native {
     #[pymodule_export]
+    use crate::analysis::{analyze, forecast};
+    #[pymodule_export]
     use crate::arguments::default_parameters;
     #[pymodule_export]
     use crate::bricks::{Plan, cut, tally};
@@ -43,5 +46,5 @@ mod native {
     #[pymodule_export]
     use crate::threads::after_fork;
     #[pymodule_export]
-    use crate::volume::{Volume, analyze, unit_in_mm};
+    use crate::volume::{Volume, unit_in_mm};
 }

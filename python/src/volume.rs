@@ -2,17 +2,15 @@
 
 use std::path::PathBuf;
 
+use isospectrum::Samples;
 use isospectrum::volume::{
     Outside, Placement, ReadOptions, Space, Unit, phantom, read_volume, replace_not_finite,
 };
-use isospectrum::{Samples, suggestions};
 use numpy::ndarray::ArrayViewD;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::errors::{raised, usage};
-use crate::reports;
 use crate::watch::{detached, watched};
 
 /// A scalar field on a regular grid.
@@ -62,20 +60,6 @@ impl ReadArguments {
             nan_as: self.nan_as,
         })
     }
-}
-
-/// The events of a volume and isovalues of interest, with the reason and the number of branches of the contour tree that it counts.
-#[pyfunction]
-#[allow(clippy::type_complexity, reason = "a tuple for Python")]
-pub(crate) fn analyze<'py>(
-    py: Python<'py>,
-    volume: &Bound<'py, Volume>,
-) -> PyResult<(Vec<(f64, &'static str, Option<usize>)>, Bound<'py, PyDict>)> {
-    let volume = volume.get().0.clone();
-    let placement = *volume.placement();
-    let found = watched(py, None, move |_| suggestions(&volume))?;
-    let rows = found.suggested.into_iter().map(|s| (s.isovalue, s.by, s.n_branches));
-    Ok((rows.collect(), reports::events(py, &found.events, &placement)?))
 }
 
 /// Length of a unit in millimetres, by its name or symbol; `None` for an unknown name.

@@ -277,6 +277,17 @@ def test_isovalues_are_suggested_with_reasons(array, run, tmp_path):
     assert s.mesh(two).n_components == 2
 
 
+def test_the_forecast_is_that_of_the_program(array, run, tmp_path):
+    np.save(tmp_path / "a.npy", array)
+    program = json.loads(run("compute", tmp_path / "a.npy", "-o", tmp_path / "a.isp", "--backend", "cpu", "--json", "--range", "20%:0.8"))["forecast"]
+    found = isospectrum.forecast(array, range=("20%", 0.8))
+    assert (found.n_triangles, found.memory, found.n_events) == (round(program["triangles"]), round(program["memory"]), program["events"])
+    with pytest.raises(isospectrum.UsageError, match="error 0, expected a number above 0"):
+        isospectrum.forecast(array, error=0)
+    with pytest.raises(TypeError, match="did you mean 'spacing'"):
+        isospectrum.forecast(array, spacin=2)
+
+
 def test_notebooks_show_spectra_and_meshes(spectrum):
     text = spectrum._repr_html_()
     for part in ("blobs, 18 x 16 x 14 float32", "<svg", "data:image/png;base64,iVBOR", "0.1 voxel"):

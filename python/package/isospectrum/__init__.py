@@ -9,6 +9,7 @@
 :func:`compute`      the :class:`Spectrum` of an array, an image or a file
 :func:`open`         a spectrum that has been saved
 :func:`analyze`      isovalues of interest, without computing a spectrum
+:func:`forecast`     the expected size of a spectrum
 :class:`Spectrum`    ``mesh``, ``sweep``, ``curves``, ``events``, ``components``, ``trajectory``, ``lifetimes``,
                      ``render``, ``html``, ``widget``, ``verify``, ``save``
 :class:`Mesh`        arrays, measures, ``sample``, ``save``, ``to_pyvista``, ``to_trimesh``, ``to_napari``, ...
@@ -28,7 +29,7 @@ from __future__ import annotations
 import os as _os
 
 from . import _native
-from ._analysis import Analysis, Suggestion, analyze
+from ._analysis import Analysis, Forecast, Suggestion, analyze, forecast
 from ._compute import compute, open
 from ._errors import (
     ArgumentError,
@@ -54,6 +55,7 @@ __all__ = [
     "ArgumentError",
     "Error",
     "FileError",
+    "Forecast",
     "ForkError",
     "GpuError",
     "InputError",
@@ -70,6 +72,7 @@ __all__ = [
     "Warning",
     "analyze",
     "compute",
+    "forecast",
     "open",
 ]
 for _class in (Picture, Report):

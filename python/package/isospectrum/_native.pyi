@@ -18,6 +18,7 @@ __all__ = [
     "compute",
     "cut",
     "default_parameters",
+    "forecast",
     "tally",
     "unit_in_mm",
     "write_file",
@@ -43,6 +44,9 @@ def default_parameters() -> str:
 
 def analyze(volume: Volume) -> tuple[list[tuple[float, Literal["otsu", "persistence"], int | None]], dict[str, Any]]:
     """Isovalues of interest, and the columns of all events."""
+
+def forecast(volume: Volume, range: tuple[str, str] | None, error: float) -> tuple[float, float, int]:
+    """Expected triangles, memory in bytes, and events."""
 
 class _Reading(TypedDict):
     dims: _Numbers | None
