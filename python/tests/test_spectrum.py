@@ -65,6 +65,8 @@ def test_files_are_written_atomically(spectrum, tmp_path):
     assert again._native.to_bytes() == (tmp_path / "x.isp").read_bytes()
     spectrum.save(tmp_path / "x.thesis")
     assert isospectrum.open(tmp_path / "x.thesis").n_triangles == spectrum.n_triangles
+    # Which has no record of the computation.
+    assert isospectrum.open(tmp_path / "x.thesis").counts == {} == isospectrum.open(tmp_path / "x.thesis").parameters
     with pytest.raises(isospectrum.UsageError, match="expected a name that ends in .isp or .thesis"):
         spectrum.save(tmp_path / "x.vtk")
     with pytest.raises(isospectrum.FileError) as raised:

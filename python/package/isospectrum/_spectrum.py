@@ -64,8 +64,11 @@ class Spectrum(Tables):
     def __init__(self, native: _native.Spectrum) -> None:
         put = object.__setattr__
         put(self, "_native", native)
-        put(self, "_about", json.loads(native.about()))
-        put(self, "_has_mask", "mask" in self._about["parameters"].get("preparation", {}))
+        about = json.loads(native.about())
+        # A file of the thesis has no record of the computation.
+        about["parameters"] = about["parameters"] or {}
+        put(self, "_about", about)
+        put(self, "_has_mask", "mask" in (about["parameters"].get("preparation") or {}))
         #: The last mesh, and what it was asked for by.
         put(self, "_last", (None, None))
         put(self, "_picture", None)
