@@ -85,6 +85,7 @@ pub mod render;
 mod setters;
 pub mod settings;
 pub mod spectrum;
+mod suggestions;
 mod sweep;
 mod topology;
 pub mod verify;
@@ -98,6 +99,7 @@ pub use kernels::{Backend, Choice};
 pub use prepared::{Cleaned, Noise, Prepared};
 pub use progress::{Progress, Silent};
 pub use spectrum::{Keep, Mesh, Query, Spectrum};
+pub use suggestions::{Candidate, Suggestions, suggestions};
 pub use sweep::{Counts, Parameters, compute};
 pub use topology::{dust::Dust, simplify::Simplification};
 pub use verify::{Report, verify};
@@ -131,6 +133,9 @@ pub mod unstable {
         pub mod interval_tree {
             pub use crate::spectrum::interval_tree::*;
         }
+    }
+    pub mod suggestions {
+        pub use crate::suggestions::candidates;
     }
     pub mod sweep {
         pub use crate::sweep::*;

@@ -24,6 +24,7 @@ const ORDER: &[&str] = &[
     "mesh",
     "extract",
     "forecast",
+    "suggestions",
     "gpu",
     "kernels",
     "spectrum",

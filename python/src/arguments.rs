@@ -100,6 +100,13 @@ pub(crate) fn sweep_settings(
     })
 }
 
+/// The default parameters of a sweep, as JSON: what the package's arguments are checked against.
+#[pyfunction]
+pub(crate) fn default_parameters() -> PyResult<String> {
+    let defaults = serde_json::to_string(&Parameters::default());
+    defaults.map_err(|e| raised(Error::internal(e.to_string())))
+}
+
 /// Parses an isovalue.
 pub(crate) fn isovalue(text: &str) -> PyResult<Isovalue> {
     text.parse().map_err(raised)

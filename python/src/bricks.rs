@@ -9,18 +9,19 @@ use isospectrum::bricks::{
 };
 use isospectrum::file;
 use isospectrum::spectrum::VolumeInfo;
-use isospectrum::volume::{Outside, Tally};
-use isospectrum::{Backend, Error, Noise, Result};
+use isospectrum::volume::Tally;
+use isospectrum::{Error, Noise, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::arguments::{choice_of, sweep_settings};
+use crate::arguments::sweep_settings;
+use crate::backend::Wanted;
 use crate::compute::rounded;
 use crate::errors::raised;
 use crate::handle::Handle;
 use crate::spectrum::Spectrum;
 use crate::threads::with_threads;
-use crate::volume::{placement, samples_of};
+use crate::volume::{outside_of, placement, samples_of};
 use crate::watch::{detached, watched};
 
 /// The frame of a volume: origin, spacing, direction, space and unit, as [`Volume`](crate::volume::Volume) takes them.
@@ -50,7 +51,7 @@ pub(crate) fn tally<'py>(
         tally.add_all(&samples);
         Ok(tally.to_bytes())
     });
-    Ok(PyBytes::new(py, &bytes.map_err(raised)?))
+    Ok(PyBytes::new(py, &bytes?))
 }
 
 /// Blocks read by a Python callable, which takes a box and returns the array of its samples.
@@ -76,7 +77,7 @@ impl Plan {
     /// Plans the computation for a volume that the caller has surveyed: `limits` are its smallest and largest sample, `tallies` count
     /// each sample once, and `checksums` holds the CRC-32 of the samples of each block of [`cut`]. `blocks` reads samples.
     #[new]
-    #[pyo3(signature = (name, dims, sample_type, limits, frame, tallies, checksums, brick, parameters, range, start, blocks))]
+    #[pyo3(signature = (name, dims, sample_type, limits, frame, outside, tallies, checksums, brick, parameters, range, start, blocks))]
     #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn new(
         py: Python<'_>,
@@ -85,6 +86,7 @@ impl Plan {
         sample_type: String,
         limits: (f64, f64),
         frame: Frame,
+        outside: &str,
         tallies: Vec<Vec<u8>>,
         checksums: Vec<u32>,
         brick: Option<usize>,
@@ -95,13 +97,13 @@ impl Plan {
     ) -> PyResult<Self> {
         let (origin, spacing, direction, space, unit) = frame;
         let placement = placement(origin, spacing, direction, &space, &unit)?;
+        let outside = outside_of(outside)?;
         let sweep = sweep_settings(parameters, range, start)?;
         let plan = detached(py, || {
             let mut tally = Tally::new(limits);
             tallies.iter().try_for_each(|bytes| tally.add_bytes(bytes))?;
             let samples = tally.statistics();
             let parameters = sweep.resolve(limits, &samples)?;
-            let outside = Outside::default();
             let source = VolumeSource::Given { name: name.clone() };
             let info = VolumeInfo { name, dims, sample_type, range: limits, placement, outside };
             let survey =
@@ -109,7 +111,7 @@ impl Plan {
             let side = brick.unwrap_or(bricks::SIDE);
             bricks::Plan::new(source, &survey, Noise::default(), &parameters, side)
         });
-        plan.map(|plan| Plan(Arc::new(plan))).map_err(raised)
+        plan.map(|plan| Plan(Arc::new(plan)))
     }
 
     /// Parses the bytes of a plan file.
@@ -151,11 +153,10 @@ impl Plan {
         adapter: Option<String>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let choice = choice_of(backend)?;
         let (_, samples) = samples_of(py, array)?;
+        let backend = Wanted::new(backend, adapter, samples.len())?.open(py)?;
         let plan = self.0.clone();
         let bytes = watched(py, None, move |watched| {
-            let backend = Backend::choose(choice, adapter.as_deref())?;
             let (first, end) = plan.required_samples(number);
             let samples = Arc::new(SampleBox::new(first, end, samples)?);
             let volume = OpenVolume::Blocks(samples, plan.recipe.volume.clone());
@@ -176,7 +177,7 @@ impl Plan {
             let file = Parts::new(&self.0, folder).file(number);
             file::write_atomically(&file, |writer| writer.write_all(bytes))
         };
-        detached(py, store).map_err(raised)
+        detached(py, store)
     }
 
     /// Merges the parts in a folder to a file, or in memory. `blocks` reads samples, a few of

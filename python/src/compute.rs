@@ -6,13 +6,12 @@ use isospectrum::bricks::{
 use isospectrum::file::{self, TemporaryFolder};
 use isospectrum::settings::{ByteSize, NoiseSettings};
 use isospectrum::verify::{Limits, Remedy, Sampling, verify};
-use isospectrum::{Backend, Error, Parameters, Prepared, Progress, Result};
+use isospectrum::{Error, Forecast, Parameters, Prepared, Progress, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arguments::{
-    PreparationArguments, choice_of, parsed, preparation_settings, sweep_settings,
-};
+use crate::arguments::{PreparationArguments, parsed, preparation_settings, sweep_settings};
+use crate::backend::Wanted;
 use crate::spectrum::Spectrum;
 use crate::threads::with_threads;
 use crate::volume::Volume;
@@ -24,6 +23,7 @@ use crate::watch::watched;
 pub(crate) struct ExecutionArguments {
     brick: Option<usize>,
     max_memory: Option<String>,
+    max_triangles: Option<f64>,
     backend: String,
     adapter: Option<String>,
     threads: Option<usize>,
@@ -47,7 +47,6 @@ pub(crate) fn compute(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(Spectrum, Option<String>)> {
     let sweep = sweep_settings(parameters, range, start)?;
-    let choice = choice_of(&execution.backend)?;
     let noise = NoiseSettings {
         persistence: parsed("persistence", preparation.persistence.as_deref())?,
         min_component: preparation.min_component,
@@ -55,9 +54,10 @@ pub(crate) fn compute(
     let max_memory: Option<ByteSize> = parsed("max_memory", execution.max_memory.as_deref())?;
     let preparation = preparation_settings(preparation)?;
     let volume = volume.get().0.clone();
-    let ExecutionArguments { brick, adapter, threads, check, .. } = execution;
+    let ExecutionArguments { brick, backend, adapter, threads, check, max_triangles, .. } =
+        execution;
+    let backend = Wanted::new(&backend, adapter, volume.samples().len())?.open(py)?;
     let work = move |progress: &dyn Progress| {
-        let backend = Backend::choose(choice, adapter.as_deref())?;
         progress.report(0.0, "preparing");
         let preparation = preparation.resolve(&volume)?;
         let volume = preparation.apply(volume)?;
@@ -80,6 +80,7 @@ pub(crate) fn compute(
             (None, None) => None,
         };
         let Some(side) = side else {
+            check_triangles(&prepared, &parameters, max_triangles)?;
             let spectrum = rounded(prepared.compute(&parameters, &backend, progress)?)?;
             let broken = if check { broken(&spectrum, prepared.volume(), progress)? } else { None };
             return Ok((spectrum, broken));
@@ -89,12 +90,30 @@ pub(crate) fn compute(
         let plan = Plan::new(VolumeSource::Given { name }, &survey, noise, &parameters, side)?;
         let work = TemporaryFolder::next_to(&std::env::temp_dir().join("isospectrum"))?;
         let parts = Parts::new(&plan, work.path());
-        let limits = BrickLimits { memory: limit - samples, in_memory: true, triangles: None };
+        let limits =
+            BrickLimits { memory: limit - samples, in_memory: true, triangles: max_triangles };
         compute_parts(&parts, survey.volume(), &backend, limits, progress)?;
         Ok((rounded(bricks::merge(&parts, survey.volume(), progress)?)?, None))
     };
     let made = watched(py, progress, move |watched| with_threads(threads, || work(watched)))?;
     Ok((Spectrum::new(made.0), made.1))
+}
+
+/// Refuses a volume whose spectrum is expected to have more triangles than allowed.
+fn check_triangles(prepared: &Prepared, parameters: &Parameters, most: Option<f64>) -> Result<()> {
+    let Some(most) = most else { return Ok(()) };
+    let Strategy::Whole(Forecast { triangles, .. }) = Strategy::choose(prepared, parameters, None)?
+    else {
+        return Ok(());
+    };
+    if triangles <= most {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "{}: about {triangles:.1e} triangles expected, more than max_triangles {most:.1e}; error=0.2 makes larger triangles, \
+         persistence=\"5%\" takes noise out, range takes a part",
+        prepared.volume().name()
+    )))
 }
 
 /// The promises that a spectrum does not keep, as the program's `compute` prints them; none if it keeps all.

@@ -16,7 +16,7 @@ mod exceptions {
 /// The exception for an error of the library.
 pub(crate) fn raised(error: isospectrum::Error) -> PyErr {
     use isospectrum::Error;
-    let text = error.to_string();
+    let text = in_words_of_python(&error.to_string());
     match error {
         // The arguments of Python's OSError: errno, message, file name.
         Error::Io { path, source } => match code_of(&source) {
@@ -35,6 +35,35 @@ pub(crate) fn raised(error: isospectrum::Error) -> PyErr {
         Error::Verification(_) => exceptions::VerificationError::new_err(text),
         _ => exceptions::InternalError::new_err(text),
     }
+}
+
+/// Flags of the program in messages, and the arguments that they are here; longer ones come first.
+const ARGUMENTS: [(&str, &str); 20] = [
+    ("--nan-as VALUE", "nan_as=VALUE"),
+    ("--spacing X,Y,Z", "spacing=(X, Y, Z)"),
+    ("--dims 128x128x128", "dims=(128, 128, 128)"),
+    ("--type uint8", "type=\"uint8\""),
+    ("--backend cpu", "backend=\"cpu\""),
+    ("--slices channels", "slices=\"channels\""),
+    ("--slices frames", "slices=\"frames\""),
+    ("--min-component", "min_component="),
+    ("--persistence", "persistence="),
+    ("--channel", "channel="),
+    ("--series", "series="),
+    ("--slices", "slices="),
+    ("--frame", "frame="),
+    ("--array", "array="),
+    ("--start", "start="),
+    ("--brick", "brick="),
+    ("--range", "range="),
+    ("--crop", "crop="),
+    ("--dims", "dims="),
+    ("--type", "type="),
+];
+
+/// A message of the library, with arguments in place of flags.
+pub(crate) fn in_words_of_python(text: &str) -> String {
+    ARGUMENTS.iter().fold(text.to_owned(), |text, (flag, argument)| text.replace(flag, argument))
 }
 
 /// The errno of an error; derived from its kind if the error has lost it.

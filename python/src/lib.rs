@@ -5,18 +5,23 @@
 //!
 //! The library never runs while the interpreter's lock is held, and no other lock is waited for with it.
 
+mod analysis;
 mod appearance;
 mod arguments;
 mod arrays;
+mod backend;
 mod bricks;
 mod compute;
 mod errors;
 mod handle;
+mod identities;
 mod picture;
 mod reports;
 mod spectrum;
+mod surface;
 mod threads;
 mod volume;
+mod warnings;
 mod watch;
 
 use pyo3::prelude::*;
@@ -24,6 +29,10 @@ use pyo3::prelude::*;
 /// The compiled part of `isospectrum`.
 #[pymodule(name = "_native", gil_used = false)]
 mod native {
+    #[pymodule_export]
+    use crate::analysis::{analyze, forecast};
+    #[pymodule_export]
+    use crate::arguments::default_parameters;
     #[pymodule_export]
     use crate::bricks::{Plan, cut, tally};
     #[pymodule_export]
@@ -33,7 +42,9 @@ mod native {
     #[pymodule_export]
     use crate::spectrum::{Spectrum, write_file};
     #[pymodule_export]
-    use crate::volume::Volume;
+    use crate::surface::Surface;
     #[pymodule_export]
-    use crate::volume::unit_in_mm;
+    use crate::threads::after_fork;
+    #[pymodule_export]
+    use crate::volume::{Volume, unit_in_mm};
 }

@@ -42,18 +42,14 @@ impl Picture {
     }
 }
 
-/// The still picture of a page, for readers whose browser cannot draw it; `None` without a GPU adapter.
+/// The still picture of a page, for readers whose browser cannot draw it.
 pub(crate) fn still(
+    gpu: &Gpu,
     spectrum: &isospectrum::Spectrum,
     page: &Page<'_>,
     first: Surface,
     sources: &ColorSources,
-) -> Result<Option<Image>> {
-    let gpu = match Gpu::new(None) {
-        Ok(gpu) => gpu,
-        Err(Error::Gpu(_)) => return Ok(None),
-        Err(error) => return Err(error),
-    };
+) -> Result<Image> {
     let look = &page.look;
     let mut view = View::default()
         .with_width(640)
@@ -70,14 +66,14 @@ pub(crate) fn still(
         .with_occlusion(look.occlusion)
         .with_wireframe(look.wireframe.then_some(1.0))
         .with_opacity(look.opacity);
-    let mut renderer = Renderer::new(&gpu, spectrum)?;
+    let mut renderer = Renderer::new(gpu, spectrum)?;
     renderer.set_sources(sources.clone());
     let surfaces: Vec<Surface> = std::iter::once(first).chain(look.also.iter().copied()).collect();
     let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
     if let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
         view.fit(spectrum.volume(), bounds);
     }
-    renderer.draw_all(&surfaces, &view).map(Some)
+    renderer.draw_all(&surfaces, &view)
 }
 
 /// An isosurface to show: isovalue, sRGB colour, opacity.

@@ -2,7 +2,7 @@
 
 use isospectrum::export::place_in_world;
 use isospectrum::spectrum::{Component, Components, End, Event, EventKind, Lineage};
-use isospectrum::{Mesh, Result, Spectrum};
+use isospectrum::{Mesh, Placement, Result, Spectrum};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -21,13 +21,13 @@ pub(crate) struct Curves {
 }
 
 impl Curves {
-    /// Measures at `n` isovalues, including both ends of the range.
+    /// Measures at `n` isovalues from the lowest to the highest of `range`.
     pub(crate) fn of(
         spectrum: &Spectrum,
         mesh_at: impl Fn(f64) -> Result<Mesh>,
         n: usize,
+        (low, high): (f64, f64),
     ) -> Result<Self> {
-        let (low, high) = spectrum.range();
         let mut curves = Curves::default();
         for i in 0..n {
             let t = i as f64 / (n - 1).max(1) as f64;
@@ -60,22 +60,25 @@ impl Curves {
 }
 
 /// The columns of all events: isovalue, position in the world frame, kind.
-pub(crate) fn events<'py>(py: Python<'py>, spectrum: &Spectrum) -> PyResult<Bound<'py, PyDict>> {
-    let placement = &spectrum.volume().placement;
+pub(crate) fn events<'py>(
+    py: Python<'py>,
+    events: &[Event],
+    placement: &Placement,
+) -> PyResult<Bound<'py, PyDict>> {
     let of = |axis: usize| {
         let place = |e: &Event| {
             let size = placement.cell_size();
             placement.world(std::array::from_fn(|a| e.position[a] / size[a]))[axis]
         };
-        spectrum.events().iter().map(place).collect::<Vec<f64>>()
+        events.iter().map(place).collect::<Vec<f64>>()
     };
     let columns = PyDict::new(py);
-    let isovalues: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
+    let isovalues: Vec<f64> = events.iter().map(|e| e.isovalue).collect();
     columns.set_item("isovalue", isovalues.into_pyarray(py))?;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         columns.set_item(name, of(axis).into_pyarray(py))?;
     }
-    let kinds: Vec<&str> = spectrum.events().iter().map(|e| kind(e.kind)).collect();
+    let kinds: Vec<&str> = events.iter().map(|e| kind(e.kind)).collect();
     columns.set_item("kind", kinds)?;
     Ok(columns)
 }

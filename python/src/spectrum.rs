@@ -3,24 +3,25 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use isospectrum::export::{self, Border, without_caps};
+use isospectrum::export;
 use isospectrum::page::{self, Page};
-use isospectrum::render::{Background, Gpu, Renderer, View};
+use isospectrum::render::{Background, Renderer, View};
 use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Histogram, Statistics};
-use isospectrum::{Error, Mesh, Prepared, Result, color_sources, file};
-use numpy::PyArray2;
+use isospectrum::{Error, Mesh, Prepared, Query, Result, color_sources, file};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::appearance::{Appearance, Kept, kept};
 use crate::arguments;
-use crate::arrays::{MeshArrays, in_world, mesh_arrays, rows};
+use crate::backend;
 use crate::errors::raised;
 use crate::handle::Handle;
+use crate::identities::{self, Lifetimes, Trajectory};
 use crate::picture::{Picture, Shown, still, surfaces_of};
 use crate::reports::{self, Curves};
+use crate::surface::{Surface, shown, shown_with_ids};
 use crate::volume::Volume;
 use crate::watch::{detached, watched};
 
@@ -48,12 +49,12 @@ impl Spectrum {
     /// Parses the bytes of a spectrum file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
-        detached(py, || file::from_bytes(bytes)).map(Spectrum::new).map_err(raised)
+        detached(py, || file::from_bytes(bytes)).map(Spectrum::new)
     }
 
     /// The bytes of its file.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = detached(py, || file::to_bytes(&*self.0.all()?)).map_err(raised)?;
+        let bytes = detached(py, || file::to_bytes(&*self.0.all()?))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -95,64 +96,61 @@ impl Spectrum {
         isovalue.resolve(spectrum.range(), spectrum.statistics().as_ref()).map_err(raised)
     }
 
-    /// The mesh at an isovalue, as arrays.
-    fn mesh<'py>(
-        &self,
-        py: Python<'py>,
-        isovalue: f64,
-        open: bool,
-        keep: Option<Kept>,
-    ) -> PyResult<MeshArrays<'py>> {
-        let mesh = detached(py, || -> Result<Mesh> {
-            let mesh = self.mesh_at(isovalue, open, keep)?;
-            Ok(in_world(mesh, &self.0.summary().volume().placement))
-        });
-        Ok(mesh_arrays(py, mesh.map_err(raised)?))
-    }
-
-    /// The vertices of a mesh as 64-bit floats.
-    fn vertices_f64<'py>(
-        &self,
-        py: Python<'py>,
-        isovalue: f64,
-        open: bool,
-        keep: Option<Kept>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let placed = detached(py, || -> Result<Vec<[f64; 3]>> {
-            let mesh = self.mesh_at(isovalue, open, keep)?;
-            let placement = &self.0.summary().volume().placement;
-            Ok(mesh.positions.iter().map(|&p| placement.world_of_voxel(p)).collect())
-        });
-        Ok(rows(py, placed.map_err(raised)?))
-    }
-
-    /// Writes a mesh file.
-    fn save_mesh(
+    /// The mesh at an isovalue, turned inside out if `is_turned`. With `has_ids` the whole spectrum is read.
+    fn surface(
         &self,
         py: Python<'_>,
         isovalue: f64,
         open: bool,
         keep: Option<Kept>,
-        path: PathBuf,
-    ) -> PyResult<()> {
+        is_turned: bool,
+        has_ids: bool,
+    ) -> PyResult<Surface> {
         detached(py, || {
-            let mesh = self.mesh_at(isovalue, open, keep)?;
-            export::write(&mesh, &self.0.summary().volume().placement, Border::Closed, &path)
+            let volume = self.0.summary().volume().clone();
+            if !has_ids {
+                let mesh = self.mesh_at(isovalue, open, keep)?;
+                return Ok(Surface::new(mesh, None, volume, is_turned));
+            }
+            let keep = keep.map(|keep| kept(Some(keep), self.0.summary()));
+            let mut query = Query::for_some(self.0.all()?, 1);
+            let mesh = query.mesh_at(isovalue)?;
+            let (vertices, triangles) = query.parts();
+            let (mesh, ids) = shown_with_ids(&mesh, [vertices, triangles], keep.as_ref(), open);
+            Ok(Surface::new(mesh, Some(ids), volume, is_turned))
         })
-        .map_err(raised)
     }
 
-    /// Columns of measures of the isosurfaces at `n` isovalues.
-    fn curves<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyDict>> {
+    /// The trajectory of a vertex: isovalues, and positions in the world frame.
+    fn trajectory<'py>(&self, py: Python<'py>, vertex: usize) -> PyResult<Trajectory<'py>> {
+        let spectrum = detached(py, || self.0.all())?;
+        identities::trajectory(py, &spectrum, vertex)
+    }
+
+    /// The isovalues from which each vertex or triangle is part of a mesh, and from which it no longer is.
+    fn lifetimes<'py>(&self, py: Python<'py>, of_triangles: bool) -> PyResult<Lifetimes<'py>> {
+        let spectrum = detached(py, || self.0.all())?;
+        Ok(identities::lifetimes(py, &spectrum, of_triangles))
+    }
+
+    /// Columns of measures of the isosurfaces at `n` isovalues from the lowest to the highest of `range`.
+    fn curves<'py>(
+        &self,
+        py: Python<'py>,
+        n: usize,
+        range: (f64, f64),
+    ) -> PyResult<Bound<'py, PyDict>> {
         let handle = self.0.clone();
-        let curves =
-            watched(py, None, move |_| Curves::of(handle.summary(), |c| handle.mesh_at(c), n))?;
+        let curves = watched(py, None, move |_| {
+            Curves::of(handle.summary(), |c| handle.mesh_at(c), n, range)
+        })?;
         curves.columns(py)
     }
 
     /// Columns of all events.
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        reports::events(py, self.0.summary())
+        let spectrum = self.0.summary();
+        reports::events(py, spectrum.events(), &spectrum.volume().placement)
     }
 
     /// Columns of the components at an isovalue.
@@ -172,7 +170,7 @@ impl Spectrum {
             let rows = placed.list.into_iter().zip(lineages).enumerate().zip(kept);
             Ok(rows.filter(|row| row.1).map(|((i, (c, l)), _)| (i, c, l)).collect())
         });
-        reports::components(py, &rows.map_err(raised)?, placement.origin)
+        reports::components(py, &rows?, placement.origin)
     }
 
     /// Verifies the spectrum against a volume; returns the report as JSON.
@@ -217,6 +215,7 @@ impl Spectrum {
         let surfaces = surfaces_of(surfaces);
         let handle = self.0.clone();
         let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
+        let gpu = backend::gpu(py, adapter)?;
         watched(py, None, move |_| {
             for &isovalue in &isovalues {
                 handle.summary().check_isovalue(isovalue)?;
@@ -249,7 +248,6 @@ impl Spectrum {
                 volume.as_ref(),
                 VOLUME,
             )?;
-            let gpu = Gpu::new(adapter.as_deref())?;
             let mut renderer = Renderer::new(&gpu, &spectrum)?;
             renderer.set_sources(sources);
             if !fit_volume && let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
@@ -283,6 +281,7 @@ impl Spectrum {
         let handle = self.0.clone();
         let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
         let mut also = surfaces_of(surfaces);
+        let gpu = if has_still { backend::gpu_if_any(py)? } else { None };
         watched(py, None, move |_| {
             let volume =
                 volume.map(|v| color_sources::swept_volume(v, handle.summary())).transpose()?;
@@ -347,7 +346,8 @@ impl Spectrum {
                     .with_samples(samples.as_ref())
                     .with_statistics(statistics.as_ref())
                     .with_marks(&marks);
-            let still = if has_still { still(&spectrum, &page, first, &sources)? } else { None };
+            let still = gpu.map(|gpu| still(&gpu, &spectrum, &page, first, &sources));
+            let still = still.transpose()?;
             page.still = still.as_ref();
             page::html(&spectrum, &page).map(|(text, _)| text)
         })
@@ -365,10 +365,8 @@ impl Spectrum {
 
     /// The mesh in the voxel frame.
     fn mesh_at(&self, isovalue: f64, open: bool, keep: Option<Kept>) -> Result<Mesh> {
-        let mut mesh = self.0.mesh_at(isovalue)?;
-        if keep.is_some() {
-            mesh = mesh.with_components(&kept(keep, self.0.summary()));
-        }
-        Ok(if open { without_caps(&mesh) } else { mesh })
+        let mesh = self.0.mesh_at(isovalue)?;
+        let keep = keep.map(|keep| kept(Some(keep), self.0.summary()));
+        Ok(shown(mesh, keep.as_ref(), open))
     }
 }

@@ -1,10 +1,14 @@
-//! Threads of the library: as many as the system lets this process start, or the calling one.
+//! Threads of the library: as many as the system lets this process start, or the calling one. A process that was forked after they were
+//! started has none of them, and work would wait for them forever: it is refused there.
 
 use std::cell::RefCell;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use isospectrum::settings::{startable_threads, useful_threads};
 use isospectrum::{Error, Result};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 thread_local! {
@@ -12,10 +16,38 @@ thread_local! {
     static ALONE: RefCell<Option<ThreadPool>> = const { RefCell::new(None) };
 }
 
+/// Whether the threads for all work have been started, if the system lets this process start any.
+static ARE_GRANTED: OnceLock<bool> = OnceLock::new();
+
+/// True in a process that was forked after the threads were started.
+static IS_FORKED: AtomicBool = AtomicBool::new(false);
+
+/// Called in the child of a fork.
+#[pyfunction]
+pub(crate) fn after_fork() {
+    if ARE_GRANTED.get().is_some() {
+        IS_FORKED.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Refuses work in a process without the threads for it.
+///
+/// # Errors
+///
+/// `isospectrum.ForkError`.
+pub(crate) fn check_process(py: Python<'_>) -> PyResult<()> {
+    if !IS_FORKED.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    let text = "this process was forked after isospectrum had started its threads, which it does not have; start processes by \
+                multiprocessing.get_context('spawn')";
+    let class = py.import("isospectrum._errors")?.getattr("ForkError")?;
+    Err(class.call1((text,)).map_or_else(|_| PyRuntimeError::new_err(text), PyErr::from_value))
+}
+
 /// True if the system lets this process start threads. The first call starts those for all work; rayon would panic if it could not
 /// start them.
 pub(crate) fn are_granted() -> bool {
-    static ARE_GRANTED: OnceLock<bool> = OnceLock::new();
     *ARE_GRANTED.get_or_init(|| {
         let granted = startable_threads(0);
         granted > 0 && ThreadPoolBuilder::new().num_threads(granted).build_global().is_ok()

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use isospectrum::Samples;
-use isospectrum::volume::{Placement, ReadOptions, Space, Unit, read_volume, replace_not_finite};
+use isospectrum::volume::{
+    Outside, Placement, ReadOptions, Space, Unit, phantom, read_volume, replace_not_finite,
+};
 use numpy::ndarray::ArrayViewD;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -15,6 +17,51 @@ use crate::watch::{detached, watched};
 #[pyclass(frozen, module = "isospectrum._native")]
 pub(crate) struct Volume(pub(crate) isospectrum::Volume);
 
+/// How to read a file.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ReadArguments {
+    dims: Option<[usize; 3]>,
+    r#type: Option<String>,
+    endian: Option<String>,
+    frame: Option<usize>,
+    channel: Option<usize>,
+    array: Option<String>,
+    series: Option<String>,
+    slices: Option<String>,
+    spacing: Option<[f64; 3]>,
+    origin: Option<[f64; 3]>,
+    nan_as: Option<f64>,
+    outside: String,
+    name: Option<String>,
+}
+
+impl ReadArguments {
+    fn options(self) -> PyResult<ReadOptions> {
+        let slices = self.slices.as_deref().map(str::parse).transpose().map_err(raised)?;
+        let big_endian = match self.endian.as_deref() {
+            None | Some("little") => false,
+            Some("big") => true,
+            Some(endian) => {
+                return Err(usage(format!("endian '{endian}', expected little or big")));
+            }
+        };
+        Ok(ReadOptions {
+            dims: self.dims,
+            sample_type: self.r#type,
+            big_endian,
+            frame: self.frame,
+            channel: self.channel,
+            array: self.array,
+            series: self.series,
+            slices,
+            spacing: self.spacing,
+            origin: self.origin,
+            nan_as: self.nan_as,
+        })
+    }
+}
+
 /// Length of a unit in millimetres, by its name or symbol; `None` for an unknown name.
 #[pyfunction]
 pub(crate) fn unit_in_mm(name: &str) -> Option<f64> {
@@ -25,7 +72,7 @@ pub(crate) fn unit_in_mm(name: &str) -> Option<f64> {
 impl Volume {
     /// A volume from `array[z, y, x]` of one of the eight sample types. `direction` holds the unit vectors of x, y, z.
     #[new]
-    #[pyo3(signature = (array, name, origin, spacing, direction, space, unit, nan_as))]
+    #[pyo3(signature = (array, name, origin, spacing, direction, space, unit, nan_as, outside))]
     #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn new(
         py: Python<'_>,
@@ -37,33 +84,40 @@ impl Volume {
         space: &str,
         unit: &str,
         nan_as: Option<f64>,
+        outside: &str,
     ) -> PyResult<Self> {
+        let outside = outside_of(outside)?;
         let placement = placement(origin, spacing, direction, space, unit)?;
         let (dims, mut samples) = samples_of(py, array)?;
         detached(py, || {
             if let Some(value) = nan_as {
                 replace_not_finite(&mut samples, value)?;
             }
-            isospectrum::Volume::new(name, dims, samples, placement)
+            Ok(isospectrum::Volume::new(name, dims, samples, placement)?.with_outside(outside))
         })
         .map(Volume)
-        .map_err(raised)
     }
 
     /// Reads a file or a folder of slices.
     #[staticmethod]
-    #[pyo3(signature = (path, spacing, origin, nan_as, slices))]
-    fn read(
-        py: Python<'_>,
-        path: PathBuf,
-        spacing: Option<[f64; 3]>,
-        origin: Option<[f64; 3]>,
-        nan_as: Option<f64>,
-        slices: Option<&str>,
-    ) -> PyResult<Self> {
-        let slices = slices.map(str::parse).transpose().map_err(raised)?;
-        let options = ReadOptions { spacing, origin, nan_as, slices, ..ReadOptions::default() };
-        watched(py, None, move |_| read_volume(&path, &options)).map(Volume)
+    fn read(py: Python<'_>, path: PathBuf, options: ReadArguments) -> PyResult<Self> {
+        let (outside, name) = (outside_of(&options.outside)?, options.name.clone());
+        let options = options.options()?;
+        let read = move |_: &_| {
+            let volume = read_volume(&path, &options)?.with_outside(outside);
+            Ok(match name {
+                Some(name) => volume.with_name(name),
+                None => volume,
+            })
+        };
+        watched(py, None, read).map(Volume)
+    }
+
+    /// A built-in volume, such as `hydrogen:48`.
+    #[staticmethod]
+    fn phantom(py: Python<'_>, name: &str, outside: &str) -> PyResult<Self> {
+        let outside = outside_of(outside)?;
+        detached(py, || Ok(phantom(name)?.with_outside(outside))).map(Volume)
     }
 
     /// Number of samples along x, y, z.
@@ -111,6 +165,15 @@ pub(crate) fn placement(
         "LPS" => Ok(in_unit.of_patient(Space::Lps)),
         "RAS" => Ok(in_unit.of_patient(Space::Ras)),
         _ => Err(usage(format!("space '{space}', expected LPS or RAS"))),
+    }
+}
+
+/// Parses the side of the layer around a volume.
+pub(crate) fn outside_of(side: &str) -> PyResult<Outside> {
+    match side {
+        "low" => Ok(Outside::Low),
+        "high" => Ok(Outside::High),
+        _ => Err(usage(format!("outside '{side}', expected low or high"))),
     }
 }
 

@@ -12,7 +12,8 @@ use isospectrum::{Error, Progress, Result};
 use pyo3::prelude::*;
 
 use crate::errors::raised;
-use crate::threads::{are_granted, in_this_thread};
+use crate::threads::{are_granted, check_process, in_this_thread};
+use crate::warnings;
 
 /// Interval at which the calling thread checks for Ctrl-C and reports progress.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -52,6 +53,8 @@ pub(crate) fn watched<T: Send + 'static>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watched) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
+    check_process(py)?;
+    warnings::collect();
     let watched = Arc::new(Watched::default());
     // Shared, so that it is still here if no thread starts.
     let work = Arc::new(Mutex::new(Some(work)));
@@ -66,7 +69,7 @@ pub(crate) fn watched<T: Send + 'static>(
     if !are_granted() || !is_started(all) {
         let work = work.lock().unwrap_or_else(PoisonError::into_inner).take();
         let work = work.ok_or_else(|| raised(Error::internal("work without a thread")))?;
-        let done = detached(py, || work(&watched)).map_err(raised);
+        let done = detached(py, || work(&watched));
         return py.check_signals().and(done);
     }
     let receive = Mutex::new(receive);
@@ -74,7 +77,7 @@ pub(crate) fn watched<T: Send + 'static>(
     loop {
         let result = py.detach(|| wait(&receive, POLL_INTERVAL));
         if let Some(result) = result {
-            return result.map_err(raised);
+            return result.map_err(raised).and_then(|done| warnings::raise(py).map(|()| done));
         }
         if let Err(exception) = poll(py, progress, &watched, &mut last_report) {
             watched.is_cancelled.store(true, Ordering::Relaxed);
@@ -88,8 +91,11 @@ pub(crate) fn watched<T: Send + 'static>(
 pub(crate) fn detached<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    py.detach(|| in_this_thread(work))
+) -> PyResult<T> {
+    check_process(py)?;
+    warnings::collect();
+    let done = py.detach(|| in_this_thread(work)).map_err(raised)?;
+    warnings::raise(py).map(|()| done)
 }
 
 /// Starts a thread; false if the system grants none.

@@ -71,17 +71,6 @@ def test_a_cluster_writes_the_same_bytes_as_the_program(array, expected, client,
     assert (tmp_path / "here.isp").read_bytes() == (expected / "s.isp").read_bytes()
 
 
-def test_the_current_client_is_used_by_default(array, expected, cluster):
-    with distributed.Client(cluster):
-        s = isospectrum.compute(chunked(array), **OPTIONS)
-        assert s._native.to_bytes() == (expected / "s.isp").read_bytes()
-        # Preparation needs the whole volume in memory.
-        assert isospectrum.compute(chunked(array), median=1, **OPTIONS).parameters["preparation"]["median"] == 1
-        # An array in memory is computed here, not on the cluster.
-        whole = isospectrum.compute(array, backend="cpu", error=0.3, progress=False)
-        assert "bricks" not in whole.parameters
-
-
 @pytest.mark.parametrize("version", [2, 3])
 def test_zarr_is_read_by_blocks(array, expected, client, tmp_path, version):
     store = str(tmp_path / "a.zarr")
@@ -149,8 +138,8 @@ def test_values_that_are_not_finite_are_reported_or_replaced(array, client):
 
 
 @pytest.mark.parametrize("options, message", [
-    ({"persistence": 0.1}, "persistence needs the whole volume in memory"),
-    ({"max_memory": "1GB"}, "max_memory needs the whole volume"),
+    ({"persistence": 0.1}, "persistence 0.1 needs the whole volume in memory"),
+    ({"max_memory": "1GB"}, "max_memory '1GB' needs the whole volume"),
     ({"to": "s.stl"}, "expected a name that ends in .isp"),
     ({"brick": 2}, "bricks of 2 cells, expected 4 or more"),
     ({"range": (0.5, 0.2)}, "expected the lower isovalue first"),
@@ -259,7 +248,7 @@ def test_only_bytes_of_the_part_are_stored(array, tmp_path):
     cut = _native.cut(blocks.dims, 12)
     plan = _native.Plan(
         "a", blocks.dims, "float32", limits, ((0, 0, 0), (1, 1, 1), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), "", ""),
-        [_native.tally(samples, limits)], [0] * len(cut), 12, {"error": 0.3}, None, None, lambda first, end: None,
+        "low", [_native.tally(samples, limits)], [0] * len(cut), 12, {"error": 0.3}, None, None, lambda first, end: None,
     )  # fmt: skip
     same = pickle.loads(pickle.dumps(plan))
     assert same.to_bytes() == plan.to_bytes() and same.n == 8
@@ -302,3 +291,15 @@ def test_a_full_disk_is_an_error_of_one_line_and_leaves_no_partial_file(array, e
     assert said.startswith(f"said {name}") and said.endswith("lines 1"), done.stdout
     assert there == f"there [] {0 if where == 'parts' else 8}", done.stdout
     assert (tmp_path / "s.isp").read_bytes() == (expected / "s.isp").read_bytes()
+
+
+def test_what_is_open_makes_no_difference(cluster, array):
+    """Only the argument decides on a cluster: an open client does not."""
+    options = {**OPTIONS, "brick": None}
+    del options["name"]
+    expected = isospectrum.compute(array, **options)
+    with distributed.Client(cluster, set_as_default=True):
+        found = isospectrum.compute(chunked(array), **options)
+    assert found._native.to_bytes() == expected._native.to_bytes()
+    # Not the token of a task of dask.
+    assert found.volume["name"] == "array"

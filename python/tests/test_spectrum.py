@@ -28,14 +28,14 @@ def test_a_spectrum_describes_its_volume(spectrum, array):
 
 def test_tables_are_data_frames(spectrum):
     pd = importlib.import_module("pandas")
-    for table in (spectrum.curves, spectrum.events, spectrum.components(0.55)):
+    for table in (spectrum.curves(), spectrum.events, spectrum.components(0.55)):
         frame = pd.DataFrame(table)
         assert list(frame.columns) == list(table.dtype.names) and len(frame) == len(table) > 1
     assert pd.DataFrame(spectrum.components(spectrum.range[1])).empty
 
 
 def test_curves_are_the_measures_of_meshes(spectrum):
-    curves = spectrum.curves
+    curves = spectrum.curves()
     assert len(curves) == 129 and (curves["isovalue"][[0, -1]] == spectrum.range).all()
     for row in curves[[20, 64, 100]]:
         m = spectrum.mesh(row["isovalue"])
@@ -65,6 +65,8 @@ def test_files_are_written_atomically(spectrum, tmp_path):
     assert again._native.to_bytes() == (tmp_path / "x.isp").read_bytes()
     spectrum.save(tmp_path / "x.thesis")
     assert isospectrum.open(tmp_path / "x.thesis").n_triangles == spectrum.n_triangles
+    # Which has no record of the computation.
+    assert isospectrum.open(tmp_path / "x.thesis").counts == {} == isospectrum.open(tmp_path / "x.thesis").parameters
     with pytest.raises(isospectrum.UsageError, match="expected a name that ends in .isp or .thesis"):
         spectrum.save(tmp_path / "x.vtk")
     with pytest.raises(isospectrum.FileError) as raised:

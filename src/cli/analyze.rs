@@ -6,7 +6,6 @@
 //! Events are those of the volume itself, the same as in a spectrum (see [`Event`]). Critical points are those of the field
 //! with ties between equal samples broken: a plateau has more of them, which cancel each other.
 
-mod candidates;
 mod curves;
 mod plot;
 mod regions;
@@ -18,13 +17,14 @@ use isospectrum::Progress as _;
 use isospectrum::file::final_path;
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::{Event, EventKind};
+use isospectrum::unstable::suggestions::candidates;
 use isospectrum::unstable::topology::critical::GridElement;
 use isospectrum::unstable::topology::dust::Dust;
 use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::unstable::topology::simplify::Simplification;
 use isospectrum::unstable::topology::{Topology, TopologyEvent};
 use isospectrum::volume::{Placement, Statistics, Unit, Volume, parse_raw_name};
-use isospectrum::{Error, Parameters, Result};
+use isospectrum::{Candidate, Error, Parameters, Result};
 use serde::Serialize;
 
 use super::heading;
@@ -35,7 +35,6 @@ use super::report::{self, number};
 use super::simplify_arguments::SimplifyArguments;
 use super::terminal;
 use super::volume_arguments::VolumeArguments;
-use candidates::Candidate;
 use curves::Curve;
 use regions::ConstantRegion;
 
@@ -236,7 +235,7 @@ impl<'a> Analysis<'a> {
             n_events: events.len(),
             n_event_isovalues: n_isovalues(&events),
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
-            candidates: candidates::of(volume, topology),
+            candidates: candidates(volume, topology),
             n_critical_points: critical_points.len(),
             critical_points,
             unit: unit_of(volume.placement()),

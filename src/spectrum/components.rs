@@ -135,6 +135,8 @@ impl Components {
             .map(|(t, &component)| {
                 (nearest_on_triangle(point, corners(t)).distance_squared(point), component)
             })
+            // A triangle without area has no nearest point; its neighbours have the same corners.
+            .filter(|(distance, _)| !distance.is_nan())
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
             .map(|(_, component)| component)
     }
@@ -325,6 +327,19 @@ mod tests {
         mesh.normals = vec![[0.0, 0.0, 1.0]; mesh.positions.len()];
         mesh.caps = vec![false; mesh.triangles.len()];
         mesh
+    }
+
+    #[test]
+    fn a_triangle_without_area_is_not_nearest() {
+        let mut mesh = tetrahedra(&[(3.0, 0.0), (1.0, 10.0)]);
+        // Of the larger one; two of its corners are in one place.
+        mesh.positions.push(mesh.positions[0]);
+        mesh.normals.push(mesh.normals[0]);
+        mesh.triangles.push([0, 8, 1]);
+        mesh.caps.push(false);
+        let kept = mesh.with_components(&Keep { at: Some([10.2, 0.2, 0.2]), ..Keep::default() });
+        assert_eq!(kept.triangles.len(), 4);
+        assert!(kept.positions.iter().all(|p| p[0] >= 10.0));
     }
 
     #[test]

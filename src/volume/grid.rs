@@ -100,6 +100,12 @@ impl Volume {
         })
     }
 
+    /// The same volume under another name.
+    pub fn with_name(mut self, name: impl Into<String>) -> Volume {
+        self.name = name.into();
+        self
+    }
+
     /// The same volume with the layer around it on the given side.
     pub fn with_outside(mut self, outside: Outside) -> Self {
         self.outside = outside;

@@ -250,12 +250,14 @@ pages! {
     the_commands_for_scripts_run "docs/guide/scripts.md"
 }
 
-/// Pages whose commands need a window or a real scan: `scripts/test-viewer`, `scripts/tour` and `scripts/gallery` run those.
-const ELSEWHERE: [&str; 4] = [
+/// Pages whose commands need a window or a real scan, which `scripts/test-viewer`, `scripts/tour` and `scripts/gallery` run, and the page for
+/// Python, whose lines pytest runs.
+const ELSEWHERE: [&str; 5] = [
     "docs/guide/SUMMARY.md",
     "docs/guide/window.md",
     "docs/guide/tour.md",
     "docs/guide/gallery.md",
+    "docs/guide/python.md",
 ];
 
 #[test]

@@ -5,21 +5,37 @@
 >>> m = s.mesh("p99")                                           # m.vertices, m.triangles, m.normals
 >>> m.save("surface.stl")
 
+==================  ======================================================================================
+:func:`compute`      the :class:`Spectrum` of an array, an image or a file
+:func:`open`         a spectrum that has been saved
+:func:`analyze`      isovalues of interest, without computing a spectrum
+:func:`forecast`     the expected size of a spectrum
+:class:`Spectrum`    ``mesh``, ``sweep``, ``curves``, ``events``, ``components``, ``trajectory``, ``lifetimes``,
+                     ``render``, ``html``, ``widget``, ``verify``, ``save``
+:class:`Mesh`        arrays, measures, ``sample``, ``save``, ``to_pyvista``, ``to_trimesh``, ``to_napari``, ...
+==================  ======================================================================================
+
 **Frames.** Arrays are ``a[z, y, x]``. Everything else is in the order x, y, z: spacing, origin, the columns of the
 direction matrix, vertices. Meshes, events and components are in the world frame, in the unit of the spacing.
 
 **Isovalues** are numbers, or texts as on the command line: ``"50%"`` of the range, ``"p99"`` of the samples, ``"2.5sigma"``
 above their mean, ``"top:1%"`` of them.
 
-**Errors** are subclasses of :class:`isospectrum.Error`, with the messages of the command line. Ctrl-C stops a computation.
+**Errors** are subclasses of :class:`isospectrum.Error`, warnings of :class:`isospectrum.Warning`. Ctrl-C stops a computation.
 """
 
 from __future__ import annotations
 
+import os as _os
+
+from . import _native
+from ._analysis import Analysis, Forecast, Suggestion, analyze, forecast
 from ._compute import compute, open
 from ._errors import (
+    ArgumentError,
     Error,
     FileError,
+    ForkError,
     GpuError,
     InputError,
     InternalError,
@@ -27,6 +43,7 @@ from ._errors import (
     RangeError,
     UsageError,
     VerificationError,
+    Warning,
 )
 from ._mesh import Mesh
 from ._picture import Picture
@@ -34,8 +51,12 @@ from ._report import Report
 from ._spectrum import Spectrum
 
 __all__ = [
+    "Analysis",
+    "ArgumentError",
     "Error",
     "FileError",
+    "Forecast",
+    "ForkError",
     "GpuError",
     "InputError",
     "InternalError",
@@ -45,11 +66,20 @@ __all__ = [
     "RangeError",
     "Report",
     "Spectrum",
+    "Suggestion",
     "UsageError",
     "VerificationError",
+    "Warning",
+    "analyze",
     "compute",
+    "forecast",
     "open",
 ]
+for _class in (Picture, Report):
+    _class.__module__ = "isospectrum"
+del _class
+if hasattr(_os, "register_at_fork"):
+    _os.register_at_fork(after_in_child=_native.after_fork)
 __version__: str
 
 

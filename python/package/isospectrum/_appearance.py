@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
+from ._arguments import number, whole
 from ._errors import UsageError
 from ._frame import triple
 
@@ -17,19 +15,40 @@ COLORS = {
 }  # fmt: skip
 
 
-def share(opacity: float) -> float:
+#: Quantities that colours show.
+QUANTITIES = ("none", "quality", "lifetime", "curvature", "distance", "component", "normal")
+
+
+def share(opacity: Any) -> float:
     """A checked opacity."""
-    if not 0 <= opacity <= 1:
-        raise UsageError(f"opacity {opacity!r}, expected a number from 0 to 1")
-    return float(opacity)
+    return number(opacity, "opacity", "a number from 0 to 1", lambda x: 0 <= x <= 1)
 
 
-def color_range(ends: str | Sequence[float | str | None] | None) -> str | None:
+def size(size: Any) -> tuple[int, int]:
+    """Width and height."""
+    try:
+        width, height = size
+    except (TypeError, ValueError):
+        raise UsageError(f"size {size!r}, expected width and height in pixels, such as (1024, 768)") from None
+    return whole(width, "width", 1), whole(height, "height", 1)
+
+
+def color(quantity: Any) -> str:
+    """The quantity that colours show."""
+    if isinstance(quantity, str) and quantity in QUANTITIES:
+        return quantity
+    raise UsageError(
+        f"color {quantity!r}, expected one of {', '.join(QUANTITIES)}; a colour of the surface itself is given with its isovalue: "
+        "{0.5: 'red'} or {0.5: (1, 0, 0)}"
+    )
+
+
+def color_range(ends: Any) -> str | None:
     """A range of a colour scale as the library parses it: ``LOW:HIGH``."""
     if ends is None or isinstance(ends, str):
         return ends
     try:
-        low, high = ("" if end is None else str(end) for end in ends)
+        low, high = ("" if end is None else end if isinstance(end, str) else repr(float(end)) for end in ends)
     except (TypeError, ValueError):
         raise UsageError(f"color_range {ends!r}, expected the numbers of the first and the last colour") from None
     return f"{low}:{high}"
@@ -53,20 +72,21 @@ def clip(clip: str, volume: dict[str, Any]) -> tuple[tuple[float, float, float],
     return (x, y, z), sign * length / min(spacing)
 
 
-def kept(keep: int | str | None, min_volume: float, min_area: float, at: Any) -> tuple[Any, ...] | None:
+def kept(keep: Any, min_volume: Any, min_area: Any, at: Any) -> tuple[Any, ...] | None:
     """The components to keep: number, least volume, least area, point; ``None`` to keep all."""
-    if keep is None and not min_volume and not min_area and at is None:
+    limits = [
+        number(value, name, f"0 or a number above, in {powers} of the unit of the spacing", lambda x: 0 <= x < float("inf"))
+        for value, name, powers in ((min_volume, "min_volume", "cubes"), (min_area, "min_area", "squares"))
+    ]
+    if keep is None and not any(limits) and at is None:
         return None
-    number = 1 if keep == "largest" else keep
-    if number is not None and (not isinstance(number, (int, np.integer)) or number < 1):
+    if isinstance(keep, str) and keep != "largest":
         raise UsageError(f"keep {keep!r}, expected 'largest' or a number of components")
-    for value, name in ((min_volume, "min_volume"), (min_area, "min_area")):
-        if not 0 <= value < float("inf"):
-            raise UsageError(f"{name} {value!r}, expected 0 or a number above")
-    return (number, float(min_volume), float(min_area), None if at is None else triple(at, "at"))
+    largest = 1 if isinstance(keep, str) else None if keep is None else whole(keep, "keep", 1)
+    return (largest, *limits, None if at is None else triple(at, "at"))
 
 
-def camera(camera: Sequence[float]) -> tuple[float, float, float]:
+def camera(camera: Any) -> tuple[float, float, float]:
     """Azimuth and elevation in degrees, and the relative distance."""
     try:
         azimuth, elevation, *rest = (float(x) for x in camera)
@@ -76,16 +96,45 @@ def camera(camera: Sequence[float]) -> tuple[float, float, float]:
     return (azimuth, elevation, distance)
 
 
-def look(look: str) -> tuple[int | None, float | None]:
-    """A colour (sRGB) and an opacity, written as ``skin@0.3``."""
-    name, _, opacity = look.partition("@")
-    code = COLORS.get(name)
+def look(look: Any) -> tuple[int | None, float | None]:
+    """A colour (sRGB) and an opacity: ``"skin@0.3"``, ``"#f00"``, ``(1, 0, 0)``, or another that matplotlib takes."""
+    if isinstance(look, str):
+        name, at, opacity = look.partition("@")
+        try:
+            own = float(opacity) if at else None
+        except ValueError:
+            raise UsageError(f"look {look!r}, expected an opacity from 0 to 1 after @") from None
+        if own is not None and not 0 <= own <= 1:
+            raise UsageError(f"look {look!r}, expected an opacity from 0 to 1 after @")
+        if name in COLORS or not name:
+            return COLORS.get(name), own
+        rgba = _of_text(name)
+        share_ = own if own is not None else rgba[3] if rgba and len(rgba) == 4 else None
+    else:
+        try:
+            rgba = [float(x) for x in look]
+        except (TypeError, ValueError):
+            rgba = None
+        share_ = rgba[3] if rgba and len(rgba) == 4 else None
+    if rgba is None or len(rgba) not in (3, 4) or not all(0 <= x <= 1 for x in rgba):
+        names = ", ".join(COLORS)
+        raise UsageError(f"look {look!r}, expected #rrggbb, three numbers from 0 to 1, or one of {names}; all colours of matplotlib if it is installed")
+    code = 0
+    for x in rgba[:3]:
+        code = code << 8 | round(255 * x)
+    return code, share_
+
+
+def _of_text(name: str) -> list[float] | None:
+    """Three or four numbers of a colour written as ``#rgb``, ``#rrggbb``, ``#rrggbbaa``, or known to matplotlib if it is installed."""
+    digits = name[1:]
     try:
-        if code is None and name:
-            if not (name.startswith("#") and len(name) == 7):
-                raise ValueError
-            code = int(name[1:], 16)
-        share = float(opacity) if opacity else None
-    except ValueError:
-        raise UsageError(f"look {look!r}, expected #rrggbb or one of {', '.join(COLORS)}, and optionally @opacity") from None
-    return code, share
+        if name.startswith("#") and len(digits) in (3, 4):
+            return [int(digit, 16) / 15 for digit in digits]
+        if name.startswith("#") and len(digits) in (6, 8):
+            return [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
+        from matplotlib import colors
+
+        return list(colors.to_rgba(name)[:3])
+    except (ValueError, ImportError):
+        return None

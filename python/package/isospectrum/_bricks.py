@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import sys
 import tempfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator
@@ -16,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _native, _ome_zarr
+from . import _native
 from ._errors import InputError, InternalError, UsageError
 from ._frame import Frame
 from ._sources import sample_type
@@ -32,25 +31,6 @@ TASKS_PER_THREAD = 2
 def is_chunked(array: Any) -> bool:
     """True for an array that is read by chunks: dask, Zarr, HDF5."""
     return all(getattr(array, name, None) is not None for name in ("chunks", "shape", "dtype"))
-
-
-def has_client() -> bool:
-    """True if there is a current client of dask.distributed."""
-    return _client() is not None
-
-
-def client_of(array: Any) -> Any:
-    """The current client for an array of dask or Zarr; ``None`` for other arrays."""
-    is_supported = hasattr(array, "__dask_graph__") or hasattr(array, "store") or isinstance(array, _ome_zarr.Volume3)
-    return _client() if is_supported else None
-
-
-def _client() -> Any:
-    distributed = sys.modules.get("distributed")
-    try:
-        return None if distributed is None else distributed.get_client()
-    except ValueError:
-        return None
 
 
 class Blocks:
@@ -173,6 +153,7 @@ def compute(
     client: Any,
     name: str,
     nan_as: float | None,
+    outside: str,
     parameters: dict[str, Any],
     ends: tuple[str, str] | None,
     start: str | None,
@@ -218,7 +199,7 @@ def compute(
 
     plan = _native.Plan(
         name, blocks.dims, dtype.name, limits, (frame.origin, frame.spacing, frame.axes, frame.space, frame.unit),
-        tallies, checksums, brick, parameters, ends, start, read_block,
+        outside, tallies, checksums, brick, parameters, ends, start, read_block,
     )  # fmt: skip
     with contextlib.ExitStack() as stack:
         if parts is None:

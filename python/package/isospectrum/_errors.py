@@ -1,10 +1,11 @@
-"""The exceptions and warnings of isospectrum, with the messages of the command line."""
+"""The exceptions and warnings of isospectrum."""
 
 from __future__ import annotations
 
 
 class Error(Exception):
-    """Base class of all exceptions of isospectrum, except the ``KeyboardInterrupt`` of Ctrl-C."""
+    """Base class of all exceptions of isospectrum, except the ``KeyboardInterrupt`` of Ctrl-C. Messages are one line: what was found, what
+    is expected, and where possible what helps."""
 
 
 class InputError(Error, ValueError):
@@ -13,6 +14,10 @@ class InputError(Error, ValueError):
 
 class UsageError(Error, ValueError):
     """Arguments are invalid or contradict each other."""
+
+
+class ArgumentError(UsageError, TypeError):
+    """An argument has an unknown name; the message has the nearest known one."""
 
 
 class RangeError(Error, ValueError):
@@ -27,6 +32,10 @@ class GpuError(Error, RuntimeError):
     """There is no GPU adapter, or the device was lost."""
 
 
+class ForkError(Error, RuntimeError):
+    """The process was forked after isospectrum had been used, and lacks the threads for its work."""
+
+
 class VerificationError(Error, RuntimeError):
     """A spectrum fails verification (:meth:`Report.check`)."""
 
@@ -35,10 +44,17 @@ class InternalError(Error, RuntimeError):
     """A fault of isospectrum, not of its input. Please report it."""
 
 
-class PromiseWarning(UserWarning):
+class Warning(UserWarning):  # noqa: A001 (read by its full name, isospectrum.Warning)
+    """Something that was asked for is done differently, or may not be what was meant."""
+
+
+class PromiseWarning(Warning):
     """A spectrum does not keep all promises of ``verify``; the message says which, and what helps."""
 
 
-for _class in (Error, InputError, UsageError, RangeError, FileError, GpuError, VerificationError, InternalError, PromiseWarning):
+for _class in (
+    Error, InputError, UsageError, ArgumentError, RangeError, FileError, GpuError, ForkError, VerificationError, InternalError, Warning,
+    PromiseWarning,
+):  # fmt: skip
     _class.__module__ = "isospectrum"
 del _class

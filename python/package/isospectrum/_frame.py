@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ._errors import UsageError
+from ._errors import InputError, UsageError
+
+#: Tolerated relative difference of steps between coordinates: the rounding of 32-bit floats.
+MAX_UNEVENNESS = 1e-4
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -41,3 +44,15 @@ def triple(numbers: Any, name: str) -> tuple[float, float, float]:
     except (TypeError, ValueError):
         raise UsageError(f"{name} {numbers!r}, expected three numbers: x, y, z") from None
     return (x, y, z)
+
+
+def even(name: Any, along: np.ndarray) -> tuple[float, float]:
+    """First value and step of evenly spaced coordinates."""
+    if not np.issubdtype(along.dtype, np.number):
+        raise InputError(f"coordinates of axis {name} of type {along.dtype}, expected numbers")
+    along = along.astype(float)
+    steps = np.diff(along)
+    step = float((along[-1] - along[0]) / len(steps))
+    if not np.isfinite(along).all() or step == 0 or np.abs(steps - step).max() > MAX_UNEVENNESS * abs(step):
+        raise InputError(f"coordinates of axis {name}, expected evenly spaced ones")
+    return float(along[0]), step

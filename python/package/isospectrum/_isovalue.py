@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Union
+from typing import Any, SupportsFloat, Union
 
 from ._errors import UsageError
 
 #: A number, or a text such as ``"50%"``, ``"p99"``, ``"2.5sigma"``, ``"top:1%"``.
-Isovalue = Union[float, int, str]
+Isovalue = Union[SupportsFloat, str]
 
 
 def as_text(isovalue: Isovalue) -> str:
@@ -18,3 +18,15 @@ def as_text(isovalue: Isovalue) -> str:
         return repr(float(isovalue))
     except (TypeError, ValueError):
         raise UsageError(f"isovalue {isovalue!r}, expected a number or a text such as '50%'") from None
+
+
+def two(ends: Any, name: str) -> tuple[Isovalue, Isovalue]:
+    """The lowest and the highest isovalue of a range."""
+    try:
+        if isinstance(ends, str):
+            low, high = ends.split(":")
+        else:
+            low, high = ends
+    except (TypeError, ValueError):
+        raise UsageError(f"{name} {ends!r}, expected the lowest and the highest isovalue, such as (10, 200) or ('5%', '95%')") from None
+    return low, high

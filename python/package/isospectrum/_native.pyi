@@ -2,22 +2,66 @@
 
 import os
 from collections.abc import Callable
-from typing import Any, TypedDict, final
+from typing import Any, Literal, TypedDict, final
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Picture", "Plan", "Spectrum", "Volume", "compute", "cut", "tally", "unit_in_mm", "write_file"]
+__all__ = [
+    "Picture",
+    "Plan",
+    "Spectrum",
+    "Surface",
+    "Volume",
+    "after_fork",
+    "analyze",
+    "compute",
+    "cut",
+    "default_parameters",
+    "forecast",
+    "tally",
+    "unit_in_mm",
+    "write_file",
+]
 
 _Kept = tuple[int | None, float, float, tuple[float, float, float] | None]
 _Report = Callable[[float, str], object] | None
 _Triple = tuple[float, float, float]
+_Numbers = tuple[int, int, int]
+_Ids = tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]
 
 def unit_in_mm(name: str) -> float | None:
     """Length of a unit in millimetres, by its name or symbol; ``None`` for an unknown name."""
 
 def write_file(path: str | os.PathLike[str], bytes: bytes) -> None:
     """Write a file atomically."""
+
+def after_fork() -> None:
+    """Tell the compiled part that this process is the child of a fork."""
+
+def default_parameters() -> str:
+    """The default parameters of a sweep, as JSON."""
+
+def analyze(volume: Volume) -> tuple[list[tuple[float, Literal["otsu", "persistence"], int | None]], dict[str, Any]]:
+    """Isovalues of interest, and the columns of all events."""
+
+def forecast(volume: Volume, range: tuple[str, str] | None, error: float) -> tuple[float, float, int]:
+    """Expected triangles, memory in bytes, and events."""
+
+class _Reading(TypedDict):
+    dims: _Numbers | None
+    type: str | None
+    endian: str | None
+    frame: int | None
+    channel: int | None
+    array: str | None
+    series: str | None
+    slices: str | None
+    spacing: _Triple | None
+    origin: _Triple | None
+    nan_as: float | None
+    outside: str
+    name: str | None
 
 @final
 class Volume:
@@ -33,11 +77,12 @@ class Volume:
         space: str,
         unit: str,
         nan_as: float | None,
+        outside: str,
     ) -> Volume: ...
     @staticmethod
-    def read(
-        path: str, spacing: _Triple | None, origin: _Triple | None, nan_as: float | None, slices: str | None
-    ) -> Volume: ...
+    def read(path: str, options: _Reading) -> Volume: ...
+    @staticmethod
+    def phantom(name: str, outside: str) -> Volume: ...
     @property
     def dims(self) -> tuple[int, int, int]: ...
     @property
@@ -69,12 +114,10 @@ class Spectrum:
     def save(self, path: str) -> None: ...
     def about(self) -> str: ...
     def isovalue(self, text: str) -> float: ...
-    def mesh(
-        self, isovalue: float, open: bool, keep: _Kept | None
-    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]: ...
-    def vertices_f64(self, isovalue: float, open: bool, keep: _Kept | None) -> npt.NDArray[np.float64]: ...
-    def save_mesh(self, isovalue: float, open: bool, keep: _Kept | None, path: str) -> None: ...
-    def curves(self, n: int) -> dict[str, Any]: ...
+    def surface(self, isovalue: float, open: bool, keep: _Kept | None, is_turned: bool, has_ids: bool) -> Surface: ...
+    def trajectory(self, vertex: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+    def lifetimes(self, of_triangles: bool) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+    def curves(self, n: int, range: tuple[float, float]) -> dict[str, Any]: ...
     def events(self) -> dict[str, Any]: ...
     def components(self, isovalue: float, keep: _Kept | None) -> dict[str, Any]: ...
     def verify(self, volume: Volume, n: int, events: int, seed: int, progress: _Report) -> str: ...
@@ -107,6 +150,39 @@ class Spectrum:
         has_still: bool,
     ) -> str: ...
 
+_Parts = tuple[
+    npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.uint32],
+    npt.NDArray[np.bool_],
+    _Ids | None,
+    str,
+]
+
+@final
+class Surface:
+    """A mesh that stands by itself."""
+
+    @staticmethod
+    def from_parts(
+        positions: npt.NDArray[np.float32],
+        normals: npt.NDArray[np.float32],
+        triangles: npt.NDArray[np.uint32],
+        caps: npt.NDArray[np.bool_],
+        ids: _Ids | None,
+        volume: str,
+    ) -> Surface: ...
+    def parts(self) -> _Parts: ...
+    def arrays(
+        self,
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]: ...
+    def ids(self) -> _Ids | None: ...
+    def vertices_f64(self) -> npt.NDArray[np.float64]: ...
+    def labels(self) -> npt.NDArray[np.uint32]: ...
+    def sample(self, volume: Volume) -> npt.NDArray[np.float64]: ...
+    def save(self, path: str) -> None: ...
+    def encoded(self, format: str) -> bytes: ...
+
 class _Preparation(TypedDict):
     crop: str | list[str | tuple[str | None, str | None]] | None
     median: int | None
@@ -119,6 +195,7 @@ class _Preparation(TypedDict):
 class _Execution(TypedDict):
     brick: int | None
     max_memory: str | None
+    max_triangles: float | None
     backend: str
     adapter: str | None
     threads: int | None
@@ -133,8 +210,6 @@ def compute(
     execution: _Execution,
     progress: _Report,
 ) -> tuple[Spectrum, str | None]: ...
-
-_Numbers = tuple[int, int, int]
 
 def cut(dims: _Numbers, brick: int | None) -> list[tuple[_Numbers, _Numbers]]:
     """The blocks into which a volume is cut: the first sample of each and the one after its last."""
@@ -153,6 +228,7 @@ class Plan:
         sample_type: str,
         limits: tuple[float, float],
         frame: tuple[_Triple, _Triple, tuple[_Triple, ...], str, str],
+        outside: str,
         tallies: list[bytes],
         checksums: list[int],
         brick: int | None,

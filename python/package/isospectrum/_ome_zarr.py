@@ -53,9 +53,14 @@ class Image:
         self.array, self.frame, self.name = array, frame, name
 
 
+def is_folder(source: Any) -> bool:
+    """True for the path of a Zarr folder."""
+    return isinstance(source, (str, os.PathLike)) and any(os.path.isfile(os.path.join(source, m)) for m in METADATA_FILES)
+
+
 def opened(source: Any) -> Any:
     """Open the array or group if a source is the path of a Zarr folder; otherwise return the source."""
-    if isinstance(source, (str, os.PathLike)) and any(os.path.isfile(os.path.join(source, m)) for m in METADATA_FILES):
+    if is_folder(source):
         import zarr
 
         return zarr.open(os.fspath(source), mode="r")

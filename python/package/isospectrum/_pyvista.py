@@ -21,12 +21,8 @@ class ImageAccessor:
     def compute(self, scalars: str | None = None, **options: Any) -> isospectrum.Spectrum:
         """Compute the spectrum of the active scalars, or of those named ``scalars``; ``options`` are those of
         :func:`isospectrum.compute`."""
-        image = self._image
-        if scalars is not None:
-            image = image.copy(deep=False)
-            image.set_active_scalars(scalars)
-        options.setdefault("name", image.active_scalars_name)
-        return isospectrum.compute(image, **options)
+        options.setdefault("name", scalars or self._image.active_scalars_name)
+        return isospectrum.compute(self._image, array=scalars, **options)
 
 
 def read(path: str, isovalue: Isovalue | None = None, **options: Any) -> pyvista.PolyData:

@@ -13,15 +13,23 @@ from typing import Any
 
 import numpy as np
 
-from . import _native, _ome_zarr
-from ._errors import InputError, UsageError
-from ._frame import Frame, triple
+from . import _foreign, _native, _ome_zarr
+from ._arguments import nearest, optional, path_of, whole
+from ._errors import ArgumentError, InputError, UsageError
+from ._frame import Frame, even, triple
 
 #: Sample types of a volume; all others are converted, or refused if they do not fit.
 NATIVE = tuple(np.dtype(t) for t in ("u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"))
 
-#: Tolerated relative difference of steps between coordinates: the rounding of 32-bit floats.
-MAX_UNEVENNESS = 1e-4
+#: Arguments that say what of a file is read.
+FILE_ARGUMENTS = ("dims", "type", "endian", "series", "slices", "array", "channel", "frame", "level")
+
+#: Arguments that describe a volume from any source.
+FRAME_ARGUMENTS = ("spacing", "origin", "direction", "space", "unit", "name", "nan_as", "outside")
+
+#: Those that OME-Zarr images have, and those that sources with several named arrays have.
+OME_ZARR_ARGUMENTS = ("level", "channel", "frame")
+NAMED_ARGUMENTS = ("array",)
 
 
 def volume(
@@ -34,24 +42,105 @@ def volume(
     unit: str | None = None,
     name: str | None = None,
     nan_as: float | None = None,
-    slices: str | None = None,
+    outside: str = "low",
+    **parts: Any,
 ) -> _native.Volume:
-    """Convert a source to a volume; arguments override the frame of the source."""
-    if slices is not None and not isinstance(source, (str, os.PathLike)):
-        raise UsageError(f"slices {slices!r} is for TIFF files, expected the path of one")
+    """Convert a source to a volume; arguments override the frame of the source. ``parts`` are ``FILE_ARGUMENTS``."""
     if isinstance(source, _native.Volume):
         return source
+    source, parts = chosen(source, parts)
     if isinstance(source, (str, os.PathLike)):
-        if direction is not None or space is not None or unit is not None:
-            raise UsageError("direction, space and unit are those of the file, expected none")
-        ends = [None if n is None else triple(n, what) for n, what in ((spacing, "spacing"), (origin, "origin"))]
-        return _native.Volume.read(os.fspath(source), ends[0], ends[1], nan_as, slices)
+        return of_file(source, spacing, origin, {"direction": direction, "space": space, "unit": unit}, parts, name, nan_as, outside)
     array, frame = array_and_frame(source)
     frame = overridden_frame(frame, spacing=spacing, origin=origin, direction=direction, space=space, unit=unit)
     samples = sample_array(array)
     return _native.Volume(
-        samples, name or name_of(source), frame.origin, frame.spacing, frame.axes, frame.space, frame.unit, nan_as
+        samples, name or name_of(source), frame.origin, frame.spacing, frame.axes, frame.space, frame.unit, nan_as, outside
     )
+
+
+def of_file(
+    path: Any, spacing: Any, origin: Any, of_frame: dict[str, Any], parts: dict[str, Any], name: str | None, nan_as: float | None, outside: str
+) -> _native.Volume:
+    """Read a file in a format of the program."""
+    path = path_of(path)
+    if os.path.splitext(path)[1] in (".isp", ".ispt", ".thesis"):
+        raise UsageError(f"{path}: is a spectrum, expected a volume: isospectrum.open reads spectra")
+    for argument, value in of_frame.items():
+        if value is not None:
+            raise UsageError(f"{argument} {value!r} with a file, which has its own, expected none; read it into an array to replace it")
+    dims = parts.get("dims")
+    options: _native._Reading = {
+        "dims": None if dims is None else sizes(dims),
+        "type": parts.get("type"),
+        "endian": parts.get("endian"),
+        "series": optional(str, parts.get("series")),
+        "slices": parts.get("slices"),
+        "array": parts.get("array"),
+        "channel": optional(whole, parts.get("channel"), "channel"),
+        "frame": optional(whole, parts.get("frame"), "frame"),
+        "spacing": optional(triple, spacing, "spacing"),
+        "origin": optional(triple, origin, "origin"),
+        "nan_as": nan_as,
+        "outside": outside,
+        "name": name,
+    }
+    return _native.Volume.read(path, options)
+
+
+def sizes(dims: Any) -> tuple[int, int, int]:
+    """Numbers of samples along x, y, z, as numbers or as ``"128x128x64"``."""
+    try:
+        x, y, z = (int(n) for n in dims.split("x")) if isinstance(dims, str) else dims
+        return whole(x, "dims", 1), whole(y, "dims", 1), whole(z, "dims", 1)
+    except (TypeError, ValueError):
+        raise UsageError(f"dims {dims!r}, expected three numbers of samples: x, y, z") from None
+
+
+def chosen(source: Any, parts: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """A source after the choice among its parts, and the arguments that are left for a file.
+
+    Raises
+    ------
+    UsageError
+        For an argument that the source does not have.
+    """
+    for key in parts:
+        if key not in FILE_ARGUMENTS:
+            raise ArgumentError(f"a volume has no argument {key!r}{nearest(key, [*FILE_ARGUMENTS, *FRAME_ARGUMENTS])}")
+    given = {key: value for key, value in parts.items() if value is not None}
+    if isinstance(source, _native.Volume):
+        kind, has = "a volume", _NONE
+    elif isinstance(source, (str, os.PathLike)) and not _ome_zarr.is_folder(source):
+        kind, has = "a file", tuple(a for a in FILE_ARGUMENTS if a != "level")
+    else:
+        source = _ome_zarr.opened(source)
+        if _ome_zarr.is_group(source):
+            kind, has = "an OME-Zarr image", OME_ZARR_ARGUMENTS
+        elif _foreign.has_named_arrays(source):
+            kind, has = "named arrays", NAMED_ARGUMENTS
+        else:
+            kind, has = "an array", _NONE
+    for key, value in given.items():
+        if key not in has:
+            remedy = "; index it, as in a[2], for one of several" if kind == "an array" and key in ("frame", "channel") else ""
+            raise UsageError(f"{key} {value!r} with {kind}, expected none: {_FOR[key]}{remedy}")
+    if kind == "an OME-Zarr image":
+        return _ome_zarr.image(source, given.get("level", 0), given.get("channel"), given.get("frame")), {}
+    if kind == "named arrays":
+        return _foreign.named(source, given.get("array")), {}
+    return source, given
+
+
+_NONE: tuple[str, ...] = ()
+
+#: What the arguments are for.
+_FOR = {
+    "dims": "it is for RAW files", "type": "it is for RAW files", "endian": "it is for RAW files", "series": "it is for folders of DICOM files",
+    "slices": "it is for TIFF files", "array": "it is for files and data sets with named arrays",
+    "channel": "it is for files and OME-Zarr images", "frame": "it is for files and OME-Zarr images",
+    "level": "it is for OME-Zarr images, where it is a level of the pyramid; isovalues are arguments of mesh()",
+}  # fmt: skip
 
 
 def overridden_frame(
@@ -81,7 +170,9 @@ def overridden_frame(
 
 def name_of(source: Any) -> str:
     """Name of a source: that of an xarray or a data set, else ``"array"``."""
-    name = getattr(source, "name", None)
+    # The name of a dask array is a token of its task.
+    is_token = hasattr(source, "__dask_graph__") and not hasattr(source, "coords")
+    name = None if is_token else getattr(source, "name", None)
     return name.rsplit("/", 1)[-1] if isinstance(name, str) and name.strip("/") else "array"
 
 
@@ -93,7 +184,7 @@ def array_and_frame(source: Any) -> tuple[np.ndarray, Frame]:
 
 def lazy_and_frame(source: Any) -> tuple[Any, Frame]:
     """The array ``[z, y, x]`` of a source, which may not be in memory yet, and its frame."""
-    if hasattr(source, "GetDirection") and hasattr(source, "GetNumberOfComponentsPerPixel"):
+    if hasattr(source, "GetDirection") and hasattr(source, "GetPixelIDTypeAsString"):
         return of_simple_itk(source)
     if hasattr(source, "dataobj") and hasattr(source, "affine"):
         return of_nibabel(source)
@@ -101,6 +192,9 @@ def lazy_and_frame(source: Any) -> tuple[Any, Frame]:
         return of_pyvista(source)
     if hasattr(source, "dims") and hasattr(source, "coords") and hasattr(source, "values"):
         return of_xarray(source)
+    foreign = _foreign.array_and_frame(source)
+    if foreign is not None:
+        return foreign
     return (source.array, source.frame) if isinstance(source, _ome_zarr.Image) else (source, Frame())
 
 
@@ -112,7 +206,11 @@ def of_array(source: Any) -> np.ndarray:
         return np.asarray(source)
     if hasattr(source, "__dlpack__"):
         return np.from_dlpack(source)
-    return np.asarray(source)
+    array = np.asarray(source)
+    if array.dtype == object:
+        kind = type(source)
+        raise InputError(f"{'None' if source is None else f'a {kind.__module__}.{kind.__qualname__}'}, expected an array of numbers a[z, y, x], an image with a frame, or the path of a file")
+    return array
 
 
 def of_simple_itk(image: Any) -> tuple[np.ndarray, Frame]:
@@ -195,18 +293,6 @@ def of_xarray(array: Any) -> tuple[Any, Frame]:
     return array.data if hasattr(array.data, "__array__") else array, Frame(
         triple(origin, "origin"), triple(spacing, "spacing"), tuple(axes), unit=unit
     )
-
-
-def even(name: Any, along: np.ndarray) -> tuple[float, float]:
-    """First value and step of evenly spaced coordinates."""
-    if not np.issubdtype(along.dtype, np.number):
-        raise InputError(f"coordinates of axis {name} of type {along.dtype}, expected numbers")
-    along = along.astype(float)
-    steps = np.diff(along)
-    step = float((along[-1] - along[0]) / len(steps))
-    if not np.isfinite(along).all() or step == 0 or np.abs(steps - step).max() > MAX_UNEVENNESS * abs(step):
-        raise InputError(f"coordinates of axis {name}, expected evenly spaced ones")
-    return float(along[0]), step
 
 
 def sample_array(array: np.ndarray) -> np.ndarray:

@@ -7,27 +7,61 @@
 //! short one noise (Carr, Snoeyink, van de Panne, "Simplifying flexible isosurfaces using local geometric measures", 2004).
 //! At the isovalue with the most long branches, the most objects are separate.
 
-use isospectrum::unstable::topology::Topology;
-use isospectrum::volume::{Histogram, Volume};
 use serde::Serialize;
+
+use crate::error::Result;
+use crate::topology::exact::ExactField;
+use crate::topology::{Event, Topology};
+use crate::volume::{Histogram, Volume};
 
 /// Length of a branch, as a fraction of the range, below which it counts as noise.
 const MIN_BRANCH_LENGTH: f64 = 0.05;
 
-/// An isovalue of interest.
-#[derive(Serialize)]
-pub(super) struct Candidate {
-    pub(super) isovalue: f64,
-    /// `otsu`: separates the samples into two classes with the largest variance between them. `persistence`: the middle of
-    /// the interval with the most branches of the contour tree that are at least 5 % of the range long.
-    pub(super) by: &'static str,
-    /// Number of such branches.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) n_branches: Option<usize>,
+/// The events of a volume, and isovalues of interest.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Suggestions {
+    /// All changes of topology, for ascending isovalues.
+    pub events: Vec<Event>,
+    /// Isovalues of interest.
+    pub suggested: Vec<Candidate>,
 }
 
-/// Returns the candidates of a volume.
-pub(super) fn of(volume: &Volume, topology: &Topology) -> Vec<Candidate> {
+/// An isovalue of interest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Candidate {
+    /// The isovalue.
+    pub isovalue: f64,
+    /// `otsu`: separates the samples into two classes with the largest variance between them. `persistence`: the middle of
+    /// the interval with the most branches of the contour tree that are at least 5 % of the range long.
+    pub by: &'static str,
+    /// Number of such branches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n_branches: Option<usize>,
+}
+
+/// The events of a volume, and isovalues of interest.
+///
+/// ```
+/// use isospectrum::{suggestions, volume::phantom};
+///
+/// let found = suggestions(&phantom("blobs:16")?)?;
+/// assert_eq!(found.suggested[0].by, "otsu");
+/// assert!(!found.events.is_empty());
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// Those of computing its topology: [`Error::Input`](crate::Error::Input), [`Error::Internal`](crate::Error::Internal).
+pub fn suggestions(volume: &Volume) -> Result<Suggestions> {
+    let topology = Topology::compute(&ExactField::new(volume)?)?;
+    Ok(Suggestions { events: topology.net_events(), suggested: candidates(volume, &topology) })
+}
+
+/// The isovalues of interest of a volume whose topology is known.
+pub fn candidates(volume: &Volume, topology: &Topology) -> Vec<Candidate> {
     let otsu = Candidate { isovalue: Histogram::of(volume).otsu(), by: "otsu", n_branches: None };
     let (low, high) = volume.range();
     let min_length = MIN_BRANCH_LENGTH * (high - low);
