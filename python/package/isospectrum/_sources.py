@@ -64,7 +64,7 @@ def of_file(
 ) -> _native.Volume:
     """Read a file in a format of the program."""
     path = path_of(path)
-    if os.path.splitext(path)[1] in (".isp", ".ispt", ".thesis"):
+    if os.path.splitext(path)[1] in (".isp", ".thesis"):
         raise UsageError(f"{path}: is a spectrum, expected a volume: isospectrum.open reads spectra")
     for argument, value in of_frame.items():
         if value is not None:
