@@ -25,8 +25,8 @@ mod script;
 mod template;
 
 pub use data::DEFAULT_STEP;
-pub use document::{Sizes, html};
+pub use document::{Sizes, html, linked};
 pub use knots::with_fewer_knots;
-pub use link::{Link, linked};
+pub use link::Link;
 pub use options::{Look, Page};
 pub use range::with_range;

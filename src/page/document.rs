@@ -34,7 +34,7 @@ pub struct Sizes {
 }
 
 /// Where a page finds its isovalues.
-pub(super) enum Isovalues<'a> {
+enum Isovalues<'a> {
     /// In itself: the compressed spectrum.
     Embedded(&'a [u8]),
     /// In a file on a server.
@@ -56,8 +56,22 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     assemble(spectrum, page, field.as_ref(), Isovalues::Embedded(&data))
 }
 
+/// Writes a page that is linked to the file of a spectrum, and returns the HTML and the sizes of its parts.
+///
+/// # Errors
+///
+/// As [`html`]; [`Error::Usage`] for a second field, which the file does not have.
+pub fn linked(spectrum: &Spectrum, page: &Page, link: &Link) -> Result<(String, Sizes)> {
+    page.check(spectrum)?;
+    if page.field.is_some_and(|sources| sources.field.is_some()) {
+        let message = "a page that is linked to a file shows no second field";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    assemble(spectrum, page, None, Isovalues::Linked(link))
+}
+
 /// Writes the page around a spectrum that is compressed already.
-pub(super) fn assemble(
+fn assemble(
     spectrum: &Spectrum,
     page: &Page,
     field: Option<&PageField>,

@@ -7,11 +7,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::document::{Isovalues, Sizes, assemble};
-use super::options::Page;
 use crate::error::{Error, Result};
 use crate::file::TablePlaces;
-use crate::spectrum::Spectrum;
 
 /// A link from a page to a spectrum file.
 #[derive(Clone, Debug)]
@@ -57,20 +54,6 @@ impl Link {
             "crc32": index_crc,
         })
     }
-}
-
-/// Writes a page that is linked to the file of a spectrum, and returns the HTML and the sizes of its parts.
-///
-/// # Errors
-///
-/// As [`html`](super::html); [`Error::Usage`] for a second field, which the file does not have.
-pub fn linked(spectrum: &Spectrum, page: &Page, link: &Link) -> Result<(String, Sizes)> {
-    page.check(spectrum)?;
-    if page.field.is_some_and(|sources| sources.field.is_some()) {
-        let message = "a page that is linked to a file shows no second field";
-        return Err(Error::Usage(message.to_owned()));
-    }
-    assemble(spectrum, page, None, Isovalues::Linked(link))
 }
 
 /// The origin of a URL as a content security policy has it; `None` for one that a page may not fetch.
