@@ -3,7 +3,8 @@
 const GENERATOR = "isospectrum";
 
 /** Binary STL. */
-function stlOf({ positions, triangles, comments }) {
+function stlOf(mesh) {
+    const { positions, triangles, comments } = welded(mesh);
     const n = triangles.length / 3;
     const bytes = new ArrayBuffer(84 + 50 * n);
     const view = new DataView(bytes);

@@ -101,6 +101,7 @@ async function showFirstPicture(viewer, renderer) {
     viewer.cube = new Cube(byId("cube"), viewer);
     viewer.legend = new Legend(byId("legend"));
     listenToKeys(viewer);
+    window.addEventListener("beforeprint", () => byId("print-picture").replaceChildren(drawPrint(viewer)));
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);
     });

@@ -6,7 +6,8 @@ precision highp int;
 
 /// Linear colours of the two sides.
 uniform vec3 front;
-uniform vec3 back;
+/// The last component of the inner side is 1 where it cannot be seen.
+uniform vec4 back;
 /// Linear colour and opacity of the wireframe.
 uniform vec4 wire;
 uniform float wire_width;
@@ -100,13 +101,17 @@ void main() {
     vec3 altitudes = altitudes_in_pixels();
     // Counter-clockwise with y upwards, as on WebGPU.
     bool is_front = gl_FrontFacing != mirrored;
-    vec3 albedo = is_front ? front : back;
-    if (palette != 0) {
-        vec3 shown = palette == 1 ? map_color() : triangle_color;
-        albedo = is_front ? shown : mix(0.5 * shown, back, 0.25);
+    vec3 shown = palette == 0 ? front : palette == 1 ? map_color() : triangle_color;
+    vec3 albedo = shown;
+    if (!is_front && back.a < 0.5) {
+        albedo = palette == 0 ? back.rgb : mix(0.5 * shown, back.rgb, 0.25);
     }
-    vec3 n = normalize(is_front ? normal : -normal);
-    vec3 lit = light(albedo, n, parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position));
+    vec3 towards_eye = parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position);
+    // No inner side of a closed surface can be seen: its triangles that face away are folds, lit as the surface around them.
+    vec3 n = normalize(is_front || back.a > 0.5 ? normal : -normal);
+    // Normals of folds and slivers may point away from the eye; mirrored, they are continuous with those around them.
+    n -= 2.0 * min(dot(n, towards_eye), 0.0) * towards_eye;
+    vec3 lit = light(albedo, n, towards_eye);
     if (wire_width > 0.0) {
         lit = mix(lit, wire.rgb, wire.a * wire_coverage(altitudes));
     }

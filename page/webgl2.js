@@ -275,7 +275,7 @@ class WebGl2Renderer {
         gl.uniform2fv(at("isovalue"), scaledIsovalue(this.spectrum, query.isovalue));
         gl.uniform1ui(at("rank"), Math.max(query.active.rank, 0));
         gl.uniform3fv(at("front"), front.slice(0, 3));
-        gl.uniform3fv(at("back"), backside.slice(0, 3));
+        gl.uniform4fv(at("back"), insideOf(backside, look));
         gl.uniform4fv(at("wire"), palette ? COLOURED_WIRE : PLAIN_WIRE);
         gl.uniform1i(at("palette"), palette);
         if (stops) gl.uniform4fv(at("map"), stops);

@@ -51,6 +51,22 @@ use crate::error::{Error, Result};
 use crate::spectrum::Mesh;
 use crate::volume::Placement;
 
+/// The numbers of vertices and triangles in a file, which are fewer than those of the mesh where STL welds vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Written {
+    /// The number of vertices with different positions in STL, else of the mesh.
+    pub n_vertices: usize,
+    /// The number of triangles.
+    pub n_triangles: usize,
+}
+
+impl Written {
+    fn of(mesh: &Mesh) -> Self {
+        Written { n_vertices: mesh.positions.len(), n_triangles: mesh.triangles.len() }
+    }
+}
+
 /// Writes a mesh of the voxel frame to `path`, in the world frame and in the format of the extension. The file is complete
 /// under its name, or not written at all.
 ///
@@ -67,10 +83,10 @@ pub fn write(
     let path = path.as_ref();
     let format = Format::of_path(path)?;
     let mesh = WorldMesh::new(mesh, placement, border, format)?;
-    write_atomically(path, |writer| encode(mesh, None, format, writer))
+    write_atomically(path, |writer| encode(mesh, None, format, writer).map(|_| ()))
 }
 
-/// As [`write()`], to any writer, for example the standard output.
+/// As [`write()`], to any writer, for example the standard output. Returns what the file has.
 ///
 /// # Errors
 ///
@@ -82,7 +98,7 @@ pub fn write_to(
     border: Border,
     format: Format,
     writer: &mut dyn Write,
-) -> Result<()> {
+) -> Result<Written> {
     let mesh = WorldMesh::new(mesh, placement, border, format)?;
     flushed(encode(mesh, None, format, writer), writer)
 }
@@ -99,7 +115,7 @@ pub fn write_colored_to(
     colors: Colors<'_>,
     format: Format,
     writer: &mut dyn Write,
-) -> Result<()> {
+) -> Result<Written> {
     if !format.supports_colors() {
         return Err(Error::Usage(NO_COLORS.to_owned()));
     }
@@ -151,11 +167,12 @@ fn encode(
     colors: Option<ColorData>,
     format: Format,
     writer: &mut dyn Write,
-) -> io::Result<()> {
+) -> io::Result<Written> {
     let colors = colors.as_ref();
-    match format {
+    let whole = Written::of(&mesh.mesh);
+    let written = match format {
         Format::Ply => ply::write(&mesh, colors, writer),
-        Format::Stl => stl::write(mesh, writer),
+        Format::Stl => return stl::write(mesh, writer),
         Format::Obj => obj::write(&mesh, colors, writer),
         Format::Glb => glb::write(mesh, colors, writer),
         Format::Vtp => vtp::write(&mesh, colors, writer),
@@ -164,10 +181,11 @@ fn encode(
         #[cfg(not(feature = "zip"))]
         Format::ThreeMf => Err(io::Error::other("3MF: built without the feature `zip`")),
         Format::Usda => usda::write(&mesh, colors, writer),
-    }
+    };
+    written.map(|()| whole)
 }
 
 /// Flushes the writer after a successful write; errors carry the path `-`.
-fn flushed(written: io::Result<()>, writer: &mut dyn Write) -> Result<()> {
-    written.and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
+fn flushed<T>(written: io::Result<T>, writer: &mut dyn Write) -> Result<T> {
+    written.and_then(|value| writer.flush().map(|()| value)).map_err(|e| Error::io("-", e))
 }

@@ -4,7 +4,7 @@
 //! is written (`docs/decisions/0013-plain-scripts-and-base64.md`).
 
 /// The scripts in the order in which the page has them, without the one that starts it.
-const SCRIPTS: [&str; 35] = [
+const SCRIPTS: [&str; 36] = [
     include_str!("../../page/unpack.js"),
     include_str!("../../page/file.js"),
     include_str!("../../page/coder.js"),
@@ -28,6 +28,7 @@ const SCRIPTS: [&str; 35] = [
     include_str!("../../page/picture.js"),
     include_str!("../../page/webm.js"),
     include_str!("../../page/film.js"),
+    include_str!("../../page/weld.js"),
     include_str!("../../page/download.js"),
     include_str!("../../page/saves.js"),
     include_str!("../../page/isovalue.js"),

@@ -47,13 +47,15 @@ pub(super) fn frame(
     projection: &Projection,
     map: Map,
 ) -> SurfaceUniforms {
-    let [front, back] = match color {
+    let [front, mut back] = match color {
         Some([r, g, b]) => {
             let [back_r, back_g, back_b] = [r, g, b].map(|c| BACK_SIDE_BRIGHTNESS * c);
             [[r, g, b, 1.0], [back_r, back_g, back_b, 1.0]]
         }
         None => [SIDE_COLORS[layer % 2], SIDE_COLORS[(layer + 1) % 2]],
     };
+    // No inner side of a closed surface can be seen.
+    back[3] = if view.open || view.clip.is_some() { 0.0 } else { 1.0 };
     let palette = match view.color {
         Color::None => Palette::Plain,
         Color::Component => Palette::Components,

@@ -142,6 +142,31 @@ describe("pictures", () => {
         await close();
     });
 
+    test("a PDF has the surface in its proportions, on white, from WebGPU and WebGL2", async (t) => {
+        const screen = await launch({ hasGpuCompositing: true });
+        t.after(() => screen.close());
+        for (const renderer of ["webgpu", "webgl2"]) {
+            const { page, close } = await watched(renderer === "webgpu" ? screen : browser);
+            await open(page, { renderer });
+            const drawn = coverage(await pixels(page));
+            await page.emulateMedia({ colorScheme: "dark" });
+            await settled(page);
+            const pdf = (await page.pdf()).toString("latin1");
+            const [width, height, printed, box] = await page.evaluate(() => {
+                const canvas = document.querySelector("#print-picture canvas");
+                const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+                let n = 0;
+                for (let i = 0; i < data.length; i += 4) if (data[i] < 245) n++;
+                const { clientWidth, clientHeight } = document.getElementById("canvas");
+                return [canvas.width, canvas.height, n / (data.length / 4), clientWidth / clientHeight];
+            });
+            assert.ok(printed > 0.05 && Math.abs(printed - drawn) < 0.05, `${renderer}: ${printed}, on the screen ${drawn}`);
+            assert.ok(Math.abs(width / height - box) < 0.02, `${renderer}: ${width}x${height}`);
+            assert.match(pdf, new RegExp(`/Subtype /Image\\s+/Width ${width}\\s+/Height ${height}`), renderer);
+            await close();
+        }
+    });
+
     test("without WebGPU the page draws with WebGL2, whatever renderer is in the address", async () => {
         const { page, close } = await watched(browser);
         await page.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
