@@ -255,14 +255,14 @@ fn light(albedo: vec3<f32>, normal: vec3<f32>, towards_eye: vec3<f32>) -> vec3<f
     let key = normalize(lamp);
     let fill = normalize(vec3(select(0.85, -0.85, lamp.x > 0.0), 0.05, 0.45));
     let above = 0.5 + 0.5 * normal.y;
-    let ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
+    let ambient = mix(vec3(0.15, 0.14, 0.15), vec3(0.32, 0.35, 0.41), above);
     // Wrap lighting softens the edge of the shadow, as a large light does.
     let wrap = 0.2;
     let from_key = saturate((dot(normal, key) + wrap) / (1.0 + wrap));
     let from_fill = saturate(dot(normal, fill));
     let diffuse = ambient
-        + 0.88 * from_key * from_key * vec3(1.0, 0.985, 0.955)
-        + 0.20 * from_fill * vec3(0.86, 0.93, 1.0);
+        + 0.95 * from_key * from_key * vec3(1.0, 0.965, 0.89)
+        + 0.30 * from_fill * vec3(0.66, 0.82, 1.0);
 
     let middle = normalize(key + towards_eye);
     let highlight = 0.14 * pow(saturate(dot(normal, middle)), 48.0);
