@@ -23,6 +23,8 @@ use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) spectrum: Arc<Spectrum>,
+    /// Whether it was computed here, and not read from a file.
+    pub(super) is_computed: bool,
     /// Of a folder of parts, the loader of its chunks; `spectrum` then has only those at the isovalue.
     pub(super) parts: Option<FolderParts>,
     pub(super) samples: Option<Histogram>,
@@ -64,7 +66,16 @@ impl Loaded {
     ) -> Loaded {
         let samples = volume.as_deref().map(Histogram::of);
         let statistics = volume.as_deref().map(Statistics::of).or_else(|| spectrum.statistics());
-        Loaded { name, spectrum, parts: None, samples, statistics, volume, isovalue }
+        Loaded {
+            name,
+            spectrum,
+            is_computed: false,
+            parts: None,
+            samples,
+            statistics,
+            volume,
+            isovalue,
+        }
     }
 }
 
@@ -168,7 +179,7 @@ fn load(source: LoadSource, parameters: &Parameters, progress: &LoadProgress) ->
     let volume = Arc::new(volume);
     let backend = Backend::choose(Choice::Auto, None)?;
     let spectrum = sweep::compute(&volume, parameters, &backend, progress)?;
-    Ok(Loaded::new(name, spectrum, Some(volume)))
+    Ok(Loaded { is_computed: true, ..Loaded::new(name, spectrum, Some(volume)) })
 }
 
 /// The spectrum in a file; `None` if the extension is not that of a spectrum.
