@@ -31,6 +31,7 @@ mod usda;
 mod vtp;
 mod weld;
 mod world_mesh;
+mod written;
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -44,28 +45,13 @@ pub use format::{Format, NO_COLORS};
 pub use morph::{Morph, MorphTarget, write_morph_to};
 pub use scene::{Arrangement, SceneMesh, SurfaceStyle};
 pub use world_mesh::{Border, place_in_world, without_caps};
+pub use written::Written;
 
 use crate::atomic_file::write_atomically;
 use crate::color::Per;
 use crate::error::{Error, Result};
 use crate::spectrum::Mesh;
 use crate::volume::Placement;
-
-/// The numbers of vertices and triangles in a file, which are fewer than those of the mesh where STL welds vertices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Written {
-    /// The number of vertices with different positions in STL, else of the mesh.
-    pub n_vertices: usize,
-    /// The number of triangles.
-    pub n_triangles: usize,
-}
-
-impl Written {
-    fn of(mesh: &Mesh) -> Self {
-        Written { n_vertices: mesh.positions.len(), n_triangles: mesh.triangles.len() }
-    }
-}
 
 /// Writes a mesh of the voxel frame to `path`, in the world frame and in the format of the extension. The file is complete
 /// under its name, or not written at all.

@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::Written;
 use super::weld::{Welded, weld};
 use super::world_mesh::WorldMesh;
+use super::written::Written;
 use crate::spectrum::Mesh;
 
 /// Writes a mesh such that a reader that welds equal corners gets the same mesh again ([`weld`]). STL has no shared vertices
