@@ -111,7 +111,7 @@ const FORMATS = {
 
 /** Downloads a file. */
 function save(blob, name) {
-    const link = document.createElement("a");
+    const link = element("a");
     link.href = URL.createObjectURL(blob);
     link.download = name;
     link.click();

@@ -48,7 +48,7 @@ function drawPrint(viewer) {
     const look = viewer.drawnLook();
     if (viewer.look.background === "auto") look.background = BACKGROUNDS.white;
     viewer.renderer.draw(viewer.layers(), look, viewer.projection());
-    const canvas = document.createElement("canvas");
+    const canvas = element("canvas");
     [canvas.width, canvas.height] = [viewer.canvas.width, viewer.canvas.height];
     const context = canvas.getContext("2d");
     context.drawImage(viewer.canvas, 0, 0);

@@ -49,13 +49,13 @@ vec3 light(vec3 albedo, vec3 n, vec3 towards_eye) {
     vec3 key = normalize(lamps[lamp]);
     vec3 fill = normalize(vec3(lamps[lamp].x > 0.0 ? -0.85 : 0.85, 0.05, 0.45));
     float above = 0.5 + 0.5 * n.y;
-    vec3 ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
+    vec3 ambient = mix(vec3(0.15, 0.14, 0.15), vec3(0.32, 0.35, 0.41), above);
     float wrap = 0.2;
     float from_key = saturate((dot(n, key) + wrap) / (1.0 + wrap));
     float from_fill = saturate(dot(n, fill));
     vec3 diffuse = ambient
-        + 0.88 * from_key * from_key * vec3(1.0, 0.985, 0.955)
-        + 0.20 * from_fill * vec3(0.86, 0.93, 1.0);
+        + 0.95 * from_key * from_key * vec3(1.0, 0.965, 0.89)
+        + 0.30 * from_fill * vec3(0.66, 0.82, 1.0);
     vec3 middle = normalize(key + towards_eye);
     float highlight = 0.14 * pow(saturate(dot(n, middle)), 48.0);
     float grazing = 1.0 - saturate(dot(n, towards_eye));

@@ -6,8 +6,8 @@ const KNOT_WORDS = 4;
 const TRIANGLE_WORDS = 7;
 /** With a stencil, which finds where a clip plane is inside a surface. */
 const DEPTH_FORMAT = "depth24plus-stencil8";
-const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
-const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
+const PLAIN_FRONT = [0.17, 0.49, 0.47, 1];
+const PLAIN_BACK = [0.72, 0.29, 0.16, 1];
 const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
 const COLOURED_WIRE = [0.008, 0.008, 0.01, 0.72];
 

@@ -1,7 +1,9 @@
 //! Joins the scripts of `page/*.js` into the one script of a page.
 //!
-//! Comments that fill lines, indentation and empty lines are left out; they are a third of the bytes. The code itself stays as it
-//! is written (`docs/decisions/0013-plain-scripts-and-base64.md`).
+//! Comments and white space are left out ([`push_compact`]); they are half of the bytes. All else stays as it is written
+//! (`docs/decisions/0013-plain-scripts-and-base64.md`).
+
+use super::compact::push_compact;
 
 /// The scripts in the order in which the page has them, without the one that starts it.
 const SCRIPTS: [&str; 36] = [
@@ -53,35 +55,14 @@ const START_SPLIT: &str = include_str!("../../page/split.js");
 pub(super) fn script(is_split: bool) -> String {
     let start = if is_split { START_SPLIT } else { START };
     let mut script = String::from("(() => {\n\"use strict\";\n");
-    SCRIPTS.into_iter().chain([start]).for_each(|text| push_code(text, &mut script));
+    SCRIPTS.into_iter().chain([start]).for_each(|text| push_compact(text, &mut script));
     script.push_str("})();\n");
     script
-}
-
-/// Appends the lines of a script that are not comments, without their indentation.
-fn push_code(text: &str, script: &mut String) {
-    let mut in_comment = false;
-    for line in text.lines().map(str::trim) {
-        if in_comment || line.starts_with("/*") {
-            in_comment = !line.ends_with("*/");
-        } else if !line.is_empty() && !line.starts_with("//") {
-            script.push_str(line);
-            script.push('\n');
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn comment_lines_and_indentation_are_left_out() {
-        let text = "// One.\n\n/** Two. */\nf(a, \"// b\");\n    /*\n     * Three.\n     */\n    g(); // four\n";
-        let mut script = String::new();
-        push_code(text, &mut script);
-        assert_eq!(script, "f(a, \"// b\");\ng(); // four\n");
-    }
 
     #[test]
     fn every_script_of_the_folder_is_in_the_page() {

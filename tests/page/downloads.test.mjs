@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { expected, folder, launch, open, show, watched } from "./browser.mjs";
+import { expected, folder, launch, open, openLook, show, watched } from "./browser.mjs";
 import { areaOf, assertClosedManifold, parseGlb, parsePly, parseStl, welded } from "./meshes.mjs";
 
 /** The rounding of a knot: half of four steps along the surface, and up to four steps back into the tangent plane; voxels. */
@@ -97,6 +97,7 @@ describe("downloads", () => {
     test("without caps the mesh is open", async () => {
         const { page, close } = await watched(browser, { acceptDownloads: true });
         await open(page, { renderer: "webgl2", isovalue: String(expected.isovalues[0]) });
+        await openLook(page);
         await page.getByLabel("Close at border").uncheck();
         const ply = parsePly(await downloaded(page, "ply", "open.ply"));
         const whole = parsePly(readFileSync(join(folder, "extracted-0.ply")));
