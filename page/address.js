@@ -7,11 +7,13 @@ function readAddress() {
     return new URLSearchParams(location.hash.slice(1));
 }
 
-/** Sets the state that the address describes; values that are not valid are ignored. */
+/** Sets the state that the address describes; values that are not valid are ignored, an isovalue with a message. */
 function applyAddress(viewer) {
     const params = readAddress();
-    const { isovalue } = parseIsovalue(
-        params.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples);
+    const text = params.get("isovalue") ?? "";
+    const { isovalue, problem } = parseIsovalue(text, viewer.low, viewer.high, viewer.about.samples);
+    viewer.problem = text && problem && `isovalue=${text.slice(0, 20)} in the address: ${problem}`;
+    if (viewer.panel) setText(viewer.panel.message, viewer.problem);
     if (isovalue !== undefined) viewer.setIsovalue(isovalue);
     const largest = Number(params.get("keep"));
     const minVolume = Number(params.get("min_volume"));

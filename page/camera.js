@@ -5,8 +5,10 @@ const FIELD_OF_VIEW = (30 * Math.PI) / 180;
 const FILL = 0.94;
 /** The volume's box is enlarged by this on every side, voxels. */
 const BORDER = 0.1;
-/** The least side of a box that a picture is fitted to, voxels. */
+/** The least distance of the eye that a picture is fitted to, voxels. */
 const MIN_BOX = 1;
+/** Steps of the search for the middle of a fitted picture. */
+const FIT_STEPS = 4;
 
 /**
  * Azimuth and elevation in degrees; a distance of 1 is the one at which the volume fits. Angles refer to the columns of `basis`
@@ -48,38 +50,35 @@ function boxOf({ dims, placement }) {
 function fitDistance(axes, corners, width, height, isParallel) {
     const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
     const tanX = (tanY * width) / height;
-    return Math.max(...corners.map((c) => {
+    return corners.reduce((most, c) => {
         const [x, y, z] = axes.map((axis) => dot(axis, c));
-        return (isParallel ? 0 : z) + Math.max(Math.abs(x) / (FILL * tanX), Math.abs(y) / (FILL * tanY));
-    }));
-}
-
-/** The bounding box of boxes, some of which may be null. */
-function boxAround(boxes) {
-    const [first, ...others] = boxes.filter(Boolean);
-    return first ? others.reduce(([low, high], [a, b]) =>
-        [low.map((x, i) => Math.min(x, a[i])), high.map((x, i) => Math.max(x, b[i]))], first) : null;
+        return Math.max(most, (isParallel ? 0 : z) + Math.max(Math.abs(x) / (FILL * tanX), Math.abs(y) / (FILL * tanY)));
+    }, 0);
 }
 
 /**
- * The distance and target at which a box of the voxel frame fits the picture from the angles of a view; those of the volume
- * without a box. The box is enlarged to MIN_BOX voxels along each axis.
+ * The distance and target at which points of the voxel frame fit the picture from the angles of a view; those of the volume without
+ * points.
  */
-function fittedView(volume, box, view, width, height) {
-    if (!box) return { distance: 1, target: [0, 0, 0] };
+function fittedView(volume, points, view, width, height) {
+    if (points.length === 0) return { distance: 1, target: [0, 0, 0] };
     const columns = voxelAxesOf(volume.placement);
     const { corners, middle } = boxOf(volume);
-    const [least, most] = box;
-    const halves = least.map((x, axis) => 0.5 * Math.max(most[axis] - x, MIN_BOX));
-    const boxCorners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
-        inWorldAxes(columns, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
     const axes = axesOf(view);
-    const [fit, whole] = [boxCorners, corners].map((c) => fitDistance(axes, c, width, height, view.orthographic));
-    const target = inWorldAxes(columns, least.map((x, axis) => 0.5 * (x + most[axis])));
-    return {
-        distance: Math.min(Math.max(fit / whole, NEAREST), FARTHEST),
-        target: target.map((x, i) => x - middle[i]),
-    };
+    const placed = points.map((p) => inWorldAxes(columns, p).map((x, i) => x - middle[i]));
+    const whole = fitDistance(axes, corners, width, height, view.orthographic);
+    let [target, fit] = [[0, 0, 0], 0];
+    // The middle of the picture depends on the distance a little.
+    for (let i = 0; i < FIT_STEPS; i++) {
+        const around = placed.map((p) => p.map((x, k) => x - target[k]));
+        fit = Math.max(fitDistance(axes, around, width, height, view.orthographic), MIN_BOX);
+        const shift = axes.map((axis, row) => {
+            const at = around.map((p) => dot(axis, p) / (view.orthographic || row === 2 ? 1 : 1 - dot(axes[2], p) / fit));
+            return at.reduce((most, x) => Math.max(most, x), -Infinity) / 2 + at.reduce((least, x) => Math.min(least, x), Infinity) / 2;
+        });
+        target = target.map((x, k) => x + axes.reduce((sum, axis, row) => sum + shift[row] * axis[k], 0));
+    }
+    return { distance: clamped(fit / whole, [NEAREST, FARTHEST]), target };
 }
 
 /**

@@ -155,7 +155,7 @@ class Legend {
         if (!content) return;
         setText(this.name, content.name);
         const { ends, map } = content;
-        const texts = ends ? scaleTexts(ends) : ["1", "2, 3, …", ""];
+        const texts = ends ? scaleTexts(ends) : ["1", "", "8"];
         this.ends.forEach((end, i) => setText(end, texts[i]));
         const colors = cssColorsOf(map) ?? COMPONENT_COLORS.flatMap((color, i) =>
             [0, 1].map((end) => `${color} ${(100 * (i + end)) / COMPONENT_COLORS.length}%`));
@@ -186,7 +186,7 @@ function drawLegend(context, { name, ends, map }, isDark) {
     context.fillStyle = isDark ? "#e6e8ec" : "#181c22";
     Object.assign(context, { font: `${letters}px system-ui, sans-serif`, textAlign: "left" });
     context.fillText(name, x, y - 0.4 * letters);
-    const texts = ends ? scaleTexts(ends) : ["1"];
+    const texts = ends ? scaleTexts(ends) : ["1", "", "8"];
     texts.forEach((text, i) => {
         context.textAlign = ["left", "center", "right"][i];
         context.fillText(text, x + (i * length) / 2, y + thick + letters);

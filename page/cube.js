@@ -35,7 +35,7 @@ class Cube {
             const title = svgElement("title", {});
             title.textContent = `From ${name} (${side + 1})`;
             group.append(title, svgElement("path", {}), label);
-            group.addEventListener("click", () => viewer.lookFrom(side));
+            on(group, "click", () => viewer.lookFrom(side));
             return group;
         });
     }

@@ -3,7 +3,8 @@
 const GENERATOR = "isospectrum";
 
 /** Binary STL. */
-function stlOf({ positions, triangles, comments }) {
+function stlOf(mesh) {
+    const { positions, triangles, comments } = welded(mesh);
     const n = triangles.length / 3;
     const bytes = new ArrayBuffer(84 + 50 * n);
     const view = new DataView(bytes);
@@ -110,7 +111,7 @@ const FORMATS = {
 
 /** Downloads a file. */
 function save(blob, name) {
-    const link = document.createElement("a");
+    const link = element("a");
     link.href = URL.createObjectURL(blob);
     link.download = name;
     link.click();

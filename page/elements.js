@@ -5,8 +5,13 @@ function byId(id) {
 }
 
 /** Listens to an event of an element, or of the element with an id. */
-function on(target, event, action) {
-    (target.addEventListener ? target : byId(target)).addEventListener(event, action);
+function on(target, event, action, options) {
+    (target.addEventListener ? target : byId(target)).addEventListener(event, action, options);
+}
+
+/** Makes an element with properties. */
+function element(name, properties = {}) {
+    return Object.assign(document.createElement(name), properties);
 }
 
 /** Sets the text of an element if it differs: setting it causes a new layout. */

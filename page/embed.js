@@ -94,7 +94,7 @@ function listenToMessages(viewer) {
             return viewer.saves.screenshot({ size, transparent: transparent === undefined ? undefined : Boolean(transparent) });
         },
     };
-    window.addEventListener("message", async ({ source, data }) => {
+    on(window, "message", async ({ source, data }) => {
         // Only the page around this one. The state is not secret, so its origin does not matter.
         const name = data?.isospectrum;
         if (source !== window.parent || !Object.hasOwn(calls, name)) return;

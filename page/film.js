@@ -8,7 +8,7 @@ const RATE = 25;
  * is called before each picture with the share that is done; the film is null if it returns true.
  */
 async function filmOf(viewer, isStopped) {
-    const canvas = document.createElement("canvas");
+    const canvas = element("canvas");
     const wanted = viewer.saves.size ?? [viewer.canvas.width, viewer.canvas.height];
     // Encoders need even sides: they store one colour for two by two pixels.
     const size = ([canvas.width, canvas.height] = wanted.map((n) => Math.max(2 * (n >> 1), 2)));

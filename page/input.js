@@ -27,14 +27,14 @@ function listenToPointers(canvas, viewer) {
         const [a, b] = [...pointers.values()];
         return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, size: Math.hypot(a.x - b.x, a.y - b.y) };
     };
-    canvas.addEventListener("pointerdown", (event) => {
+    on(canvas, "pointerdown", (event) => {
         canvas.setPointerCapture(event.pointerId);
         const { clientX: x, clientY: y, button } = event;
         pointers.set(event.pointerId, { x, y, moves: button === 1 || button === 2, button, from: [x, y] });
         event.preventDefault();
         canvas.focus({ preventScroll: true });
     });
-    canvas.addEventListener("pointermove", (event) => {
+    on(canvas, "pointermove", (event) => {
         viewer.pointed = pointOf(canvas, event);
         viewer.showPlace();
         const pointer = pointers.get(event.pointerId);
@@ -49,23 +49,23 @@ function listenToPointers(canvas, viewer) {
         } else if (pointer.moves) viewer.move(dx, dy);
         else viewer.rotate(-DEGREES_PER_PIXEL * dx, DEGREES_PER_PIXEL * dy);
     });
-    canvas.addEventListener("pointerup", (event) => {
+    on(canvas, "pointerup", (event) => {
         const { from, button } = pointers.get(event.pointerId) ?? {};
         const isClick = button === 0 && Math.hypot(event.clientX - from[0], event.clientY - from[1]) <= MAX_CLICK_MOVEMENT;
         if (isClick) viewer.panel?.click(pointOf(canvas, event));
     });
-    canvas.addEventListener("pointerleave", () => {
+    on(canvas, "pointerleave", () => {
         viewer.pointed = null;
         viewer.showPlace();
     });
     for (const end of ["pointerup", "pointercancel"]) {
-        canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+        on(canvas, end, (event) => pointers.delete(event.pointerId));
     }
-    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-    canvas.addEventListener("dblclick", (event) => {
+    on(canvas, "contextmenu", (event) => event.preventDefault());
+    on(canvas, "dblclick", (event) => {
         if (!viewer.panel?.clickAction) viewer.recentre(pointOf(canvas, event));
     });
-    canvas.addEventListener("wheel", (event) => {
+    on(canvas, "wheel", (event) => {
         // In a frame the wheel without a key scrolls the page around it. A pinch on a touchpad is a wheel event with Ctrl.
         if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
         event.preventDefault();
@@ -115,8 +115,10 @@ function listenToKeys(viewer) {
         c: () => viewer.setColoring({ color: viewer.coloring.color === "none" ? "component" : "none" }),
         "]": step(1),
         "[": step(-1),
-        "}": () => viewer.stepIsovalue(FINE_STEP),
-        "{": () => viewer.stepIsovalue(-FINE_STEP),
+        ".": step(1),
+        ",": step(-1),
+        z: () => viewer.fit(false),
+        v: () => viewer.fit(true),
         ArrowRight: step(1),
         ArrowUp: step(1),
         ArrowLeft: step(-1),
@@ -132,8 +134,10 @@ function listenToKeys(viewer) {
         b: () => viewer.setLook({ open: !viewer.look.open }),
         h: () => toggleHelp(),
     };
+    for (const key of "}>") keys[key] = () => step(1)(true);
+    for (const key of "{<") keys[key] = () => step(-1)(true);
     for (let side = 0; side < 6; side++) keys[side + 1] = () => viewer.lookFrom(side);
-    document.addEventListener("keydown", (event) => {
+    on(document, "keydown", (event) => {
         const { target, key } = event;
         if (event.ctrlKey || event.metaKey || event.altKey) return;
         if (target.matches("input[type=text], select")) return;
@@ -157,5 +161,9 @@ function toggleFullscreen() {
 function toggleHelp() {
     const help = byId("help");
     if (help.open) help.close();
-    else help.showModal();
+    else {
+        help.showModal();
+        // The focus is on the button at its end.
+        help.scrollTop = 0;
+    }
 }

@@ -104,16 +104,16 @@ class LookPanel {
         const { low, high } = viewer;
         const name = shownIsovalue(extra.isovalue, high - low);
         const control = (type, label, value, change, rest) => {
-            const input = Object.assign(document.createElement("input"), { type, ariaLabel: `${label} of isovalue ${name}`, ...rest, value });
+            const input = element("input", { type, ariaLabel: `${label} of isovalue ${name}`, ...rest, value });
             on(input, type === "text" ? "change" : "input", () => {
                 change(input.value, input);
                 viewer.request();
             });
             return input;
         };
-        const remove = Object.assign(document.createElement("button"), { type: "button", textContent: "×", ariaLabel: `Remove isovalue ${name}` });
+        const remove = element("button", { type: "button", textContent: "×", ariaLabel: `Remove isovalue ${name}` });
         on(remove, "click", () => viewer.setExtras(viewer.extras.filter((other) => other !== extra)));
-        const row = Object.assign(document.createElement("span"), { className: "group" });
+        const row = element("span", { className: "group" });
         row.append(
             control("text", "Value", name, (text, input) => {
                 const { isovalue, problem } = parseIsovalue(text, low, high, this.samples);

@@ -32,7 +32,7 @@ function showStill(sentence) {
 /** Resolves when the page is loaded. */
 function documentLoaded() {
     if (document.readyState !== "loading") return Promise.resolve();
-    return new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
+    return new Promise((resolve) => on(document, "DOMContentLoaded", resolve, { once: true }));
 }
 
 /** Removes an element and returns its text. */
@@ -101,7 +101,8 @@ async function showFirstPicture(viewer, renderer) {
     viewer.cube = new Cube(byId("cube"), viewer);
     viewer.legend = new Legend(byId("legend"));
     listenToKeys(viewer);
-    window.addEventListener("hashchange", () => {
+    on(window, "beforeprint", () => byId("print-picture").replaceChildren(drawPrint(viewer)));
+    on(window, "hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);
     });
     window.isospectrum = {

@@ -117,6 +117,13 @@ function unitOf({ placement: { unit = "unknown" } }, power = "") {
     return symbol && ` ${symbol}${power}`;
 }
 
+/** A distance with its unit; that of a volume without a world is the voxel. */
+function distanceText(distance, volume) {
+    const { unit = "unknown", spacing } = volume.placement;
+    const isVoxel = unit === "unknown" && spacing.every((s) => s === 1);
+    return shownNumber(distance) + (isVoxel ? " voxels" : unitOf(volume));
+}
+
 /** Comments for mesh files about the world of the mesh: its space, as 3D Slicer reads it, and its unit. */
 function worldComments({ placement: { unit = "unknown", space = "UNKNOWN" } }) {
     return [...(space === "UNKNOWN" ? [] : [`SPACE=${space}`]), ...(unit === "unknown" ? [] : [`unit ${unit}`])];

@@ -56,18 +56,12 @@ class WebGpuOcclusion {
     }
 }
 
-/** A triangle that covers the picture, behind every surface. */
-const BEHIND_VERTEX = `#version 300 es
-void main() {
-    gl_Position = vec4(vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0, 0.999999, 1.0);
-}`;
-
 class WebGl2Occlusion {
     constructor(renderer) {
         const text = byId("occlusion-glsl").textContent.trimStart();
         this.renderer = renderer;
-        this.visibility = renderer.linked(BEHIND_VERTEX, text.replace("\n", "\n#define VISIBILITY\n"));
-        this.darken = renderer.linked(BEHIND_VERTEX, text);
+        this.visibility = renderer.linked(byId("behind-vertex").textContent.trimStart(), text.replace("\n", "\n#define VISIBILITY\n"));
+        this.darken = renderer.linked(byId("behind-vertex").textContent.trimStart(), text);
         this.target = renderer.gl.createFramebuffer();
     }
 

@@ -14,8 +14,10 @@ class Overlay {
     }
 
     /** Draws over a picture of a size in CSS pixels; hidden if there is nothing to draw. */
-    draw({ look, canvas, measuredPoints = [], spectrum }, projection, size = [canvas.clientWidth, canvas.clientHeight]) {
-        const isEmpty = !look.axes && measuredPoints.length === 0;
+    draw(viewer, projection, size = [viewer.canvas.clientWidth, viewer.canvas.clientHeight]) {
+        const { look, measuredPoints, spectrum } = viewer;
+        const events = viewer.events();
+        const isEmpty = !look.axes && measuredPoints.length === 0 && events.length === 0;
         this.svg.toggleAttribute("hidden", isEmpty);
         if (isEmpty) {
             this.svg.replaceChildren();
@@ -31,9 +33,22 @@ class Overlay {
             const [a, b = a] = measuredPoints.map(toScreen);
             parts.push(svgElement("path", { class: "measured", d: `M${a.x},${a.y}L${b.x},${b.y}` }));
             for (const { x, y } of [a, b]) parts.push(svgElement("circle", { class: "measured", cx: x, cy: y, r: 3 }));
+            if (a !== b) parts.push(textAt(distanceText(viewer.distance(), volume), (a.x + b.x) / 2, (a.y + b.y) / 2 - 12, "measured"));
+        }
+        for (const { kind, place } of events) {
+            const { x, y } = toScreen(place);
+            parts.push(svgElement("circle", { class: "event", cx: x, cy: y, r: 9 }), svgElement("circle", { class: "measured", cx: x, cy: y, r: 1.5 }));
+            if (events.length === 1) parts.push(textAt(viewer.about.curves.words[kind], x, y - 18, "measured"));
         }
         this.svg.replaceChildren(...parts);
     }
+}
+
+/** A text with its middle at a point. */
+function textAt(text, x, y, name) {
+    const label = svgElement("text", { class: name, x: x.toFixed(1), y: y.toFixed(1) });
+    label.textContent = text;
+    return label;
 }
 
 /** The place of a point of the voxel frame on the screen, CSS pixels, and its depth, negative behind the eye. */
@@ -66,10 +81,9 @@ function boxLines({ dims, placement }, toScreen) {
 function axisLines([right, up, back], [, height]) {
     const middle = [AXES_MARGIN, height - AXES_MARGIN];
     return [0, 1, 2].sort((i, j) => back[i] - back[j]).flatMap((i) => {
-        const at = (length) => [middle[0] + length * right[i], middle[1] - length * up[i]].map((x) => x.toFixed(1));
-        const label = svgElement("text", { class: `axis-${"xyz"[i]}`, x: at(AXIS_LENGTH + 10)[0], y: at(AXIS_LENGTH + 10)[1] });
-        label.textContent = "xyz"[i];
-        return [svgElement("path", { class: `axis-${"xyz"[i]}`, d: `M${middle.join(",")}L${at(AXIS_LENGTH).join(",")}` }), label];
+        const at = (length) => [middle[0] + length * right[i], middle[1] - length * up[i]];
+        const label = textAt("xyz"[i], ...at(AXIS_LENGTH + 10), `axis-${"xyz"[i]}`);
+        return [svgElement("path", { class: `axis-${"xyz"[i]}`, d: `M${middle.join(",")}L${at(AXIS_LENGTH).map((x) => x.toFixed(1)).join(",")}` }), label];
     });
 }
 
@@ -82,7 +96,6 @@ function scaleBar(volume, { distance }, [width, height]) {
     const length = [5, 2, 1].map((n) => n * decade).find((n) => n <= longest) ?? decade;
     const [end, y] = [width - 20, height - 22];
     const start = (end - length / unitsPerPixel).toFixed(1);
-    const label = svgElement("text", { class: "scale", x: ((Number(start) + end) / 2).toFixed(1), y: y - 7 });
-    label.textContent = `${Number(length.toPrecision(1))}${unitOf(volume)}`;
+    const label = textAt(`${Number(length.toPrecision(1))}${unitOf(volume)}`, (Number(start) + end) / 2, y - 7, "scale");
     return [svgElement("path", { class: "scale", d: `M${start},${y - 4}v8M${start},${y}H${end}M${end},${y - 4}v8` }), label];
 }

@@ -26,15 +26,16 @@ class Panel {
             if (event.key === "Enter") type();
             if (event.key === "Escape") this.show();
         });
-        this.plot = new Plot(byId("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
+        this.plot = new Plot(byId("plot"), about, [low, high], viewer);
         this.addIsovalueButtons(about, byId("isovalue-buttons"));
         this.message = byId("message");
+        this.message.textContent = viewer.problem ?? "";
         this.loading = byId("loading");
-        byId("low").textContent = shownIsovalue(low, high - low);
-        byId("high").textContent = shownIsovalue(high, high - low);
         this.playButton = byId("play");
         on(this.playButton, "click", () => viewer.play(!viewer.playing));
         on("reset", "click", () => viewer.reset());
+        on("fit-now", "click", () => viewer.fit(false));
+        on("fit-all", "click", () => viewer.fit(true));
         for (const name of SWITCHES) {
             on(name, "change", () => viewer.setLook({ [name]: byId(name).checked }));
         }
@@ -45,8 +46,10 @@ class Panel {
         this.events = byId("events");
         this.eventsText = shownEvents(about.curves.events.length, this.plot.ticks.length);
         this.showText(null);
-        on("plot", "pointermove", (event) => this.showText(this.plot.valuesAt(event)));
-        on("plot", "pointerleave", () => this.showText(null));
+        on("plot", "pointermove", (event) => this.showText(this.plot.showGuide(event)));
+        on("plot", "pointerleave", () => this.showText(this.plot.showGuide(null)));
+        this.listEvents();
+        rememberGroups();
         this.border = byId("border");
         on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
         this.connectComponents();
@@ -65,7 +68,10 @@ class Panel {
             on(button, "click", () => viewer.saves.mesh(button.dataset.format));
         }
         on("copy-link", "click", () => this.copy(linkTo(viewer)));
-        on("copy-embed", "click", () => this.copy(embedOf(viewer)));
+        on("copy-embed", "click", async () => {
+            await this.copy(embedOf(viewer));
+            if (location.protocol === "file:") setText(this.message, "Copied, but the address is that of a file on this computer: put the page on a server first.");
+        });
         on("close-copied", "click", () => byId("copied").close());
         on("more", "click", () => {
             const isMore = document.documentElement.classList.toggle("more");
@@ -112,9 +118,9 @@ class Panel {
         list.hidden = shown.length === 0;
         list.append(marks.length > 0 ? "Isovalues" : "Suggested");
         for (const [isovalue, name] of shown) {
-            const button = document.createElement("button");
+            const button = element("button");
             button.type = "button";
-            const text = shownIsovalue(isovalue, viewer.high - viewer.low);
+            const text = shortIsovalue(isovalue);
             button.textContent = name === String(isovalue) ? text : `${name} (${text})`;
             on(button, "click", () => viewer.setIsovalue(isovalue));
             list.append(button);
@@ -122,9 +128,19 @@ class Panel {
         plot.drawNamedLines(marks);
     }
 
-    /** Shows a text about the point under the pointer in place of the number of events. */
+    /** Lists the marked events, which a choice goes to. */
+    listEvents() {
+        const { viewer, plot } = this;
+        this.eventList = byId("event-list");
+        this.eventList.parentElement.hidden = plot.marks.length === 0;
+        this.eventList.append(...plot.marks.map((c, i) => new Option(plot.eventText(c), i)));
+        on(this.eventList, "change", () => viewer.setIsovalue(plot.marks[this.eventList.value]));
+    }
+
+    /** Shows a text about the point under the pointer, else the event at the isovalue, else the number of events. */
     showText(text) {
-        setText(this.events, text ?? this.eventsText);
+        this.pointText = text;
+        setText(this.events, text ?? this.plot.eventText(this.viewer.isovalue) ?? this.eventsText);
     }
 
     /** Connects the controls of components. */
@@ -168,7 +184,7 @@ class Panel {
         if (!this.clickAction) return;
         if (this.clickAction === "measure") {
             const distance = this.viewer.measure(point);
-            if (distance !== null) this.message.textContent = `Distance ${shownNumber(distance)}${unitOf(this.viewer.spectrum.info.volume)}`;
+            if (distance !== null) this.message.textContent = `Distance ${distanceText(distance, this.viewer.spectrum.info.volume)}`;
             return;
         }
         const isHiding = this.clickAction === "hide";
@@ -207,9 +223,12 @@ class Panel {
             this.typed.value = text;
             this.printed.textContent = text;
             this.typed.setAttribute("aria-invalid", false);
-            this.message.textContent = "";
+            if (this.lastIsovalue !== undefined) this.message.textContent = "";
             this.lastIsovalue = isovalue;
+            this.eventList.selectedIndex = this.plot.marks.indexOf(isovalue);
+            this.showText(this.pointText);
         }
+        this.showEmpty();
         this.showProgress();
         this.plot.show(isovalue);
         for (const name of SWITCHES) byId(name).checked = look[name];
@@ -220,6 +239,16 @@ class Panel {
         if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
             this.playButton.setAttribute("aria-pressed", playing);
         }
+    }
+
+    /** Says why nothing is shown, if so. */
+    showEmpty() {
+        const { renderer, selection, look } = this.viewer;
+        const isEmpty = renderer.nTriangles === 0;
+        byId("empty").hidden = !isEmpty;
+        if (!isEmpty) return;
+        setText(byId("empty"), !selection.isAll ? "No component is shown: see Components, Show all."
+            : look.open ? "No surface without caps at this isovalue." : "No surface at this isovalue.");
     }
 
     showSelection() {
@@ -276,4 +305,20 @@ class Panel {
             setText(byId("components-value"), text);
         }
     }
+}
+
+/** Opens and closes the groups of controls as the reader left them. */
+function rememberGroups() {
+    const groups = [...document.querySelectorAll("#side > details")];
+    const attempt = (action) => {
+        try {
+            action();
+        } catch (error) {
+            // A frame may have no storage.
+            console.info(error.message);
+        }
+    };
+    attempt(() => Object.entries(JSON.parse(localStorage.getItem(GENERATOR) ?? "{}")).forEach(([id, isOpen]) => { byId(id).open = isOpen; }));
+    const store = () => localStorage.setItem(GENERATOR, JSON.stringify(Object.fromEntries(groups.map(({ id, open }) => [id, open]))));
+    for (const group of groups) on(group, "toggle", () => attempt(store));
 }

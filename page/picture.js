@@ -38,6 +38,27 @@ function drawPicture(canvas, { width, height, pixels }, viewer) {
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     const context = canvas.getContext("2d", { willReadFrequently: true });
     context.putImageData(new ImageData(pixels, width, height), 0, 0);
+    annotate(context, viewer);
+    return canvas;
+}
+
+/** Draws the picture on paper: white, if the background is that of the page. Nothing is read back, which would take until later. */
+function drawPrint(viewer) {
+    viewer.prepare();
+    const look = viewer.drawnLook();
+    if (viewer.look.background === "auto") look.background = BACKGROUNDS.white;
+    viewer.renderer.draw(viewer.layers(), look, viewer.projection());
+    const canvas = element("canvas");
+    [canvas.width, canvas.height] = [viewer.canvas.width, viewer.canvas.height];
+    const context = canvas.getContext("2d");
+    context.drawImage(viewer.canvas, 0, 0);
+    annotate(context, viewer, false);
+    return canvas;
+}
+
+/** Draws legend and overlay on a picture. */
+function annotate(context, viewer, isDark = viewer.isDark()) {
+    const { width, height } = context.canvas;
     if (viewer.overlay) {
         // The overlay keeps its size relative to the height of the picture.
         const scale = height / viewer.canvas.clientHeight;
@@ -45,8 +66,7 @@ function drawPicture(canvas, { width, height, pixels }, viewer) {
         drawShapes(context, viewer.overlay.svg, scale);
         viewer.overlay.draw(viewer, viewer.projection());
     }
-    if (viewer.legendContent) drawLegend(context, viewer.legendContent, viewer.isDark());
-    return canvas;
+    if (viewer.legendContent) drawLegend(context, viewer.legendContent, isDark);
 }
 
 function pngOf(canvas) {

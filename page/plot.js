@@ -1,18 +1,24 @@
-// The plot above the slider: area, enclosed volume, components and Euler characteristic over the isovalue, the histogram of the
-// volume behind them, ticks at events, and a line at the current isovalue.
+// The curves above the slider, each in a strip with its own scale, over the isovalue: the histogram of the volume, area, enclosed
+// volume, components and Euler characteristic; ticks at events below them, a line at the current isovalue, values at the pointer.
 
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 1000;
-const HEIGHT = 100;
-/** The height of the ticks below the curves. */
-const TICKS_HEIGHT = 14;
-/** The kinds of events, in the order of src/page/curves.rs. */
-const KINDS = ["emerge", "merge", "handle opens", "split", "handle closes", "vanish"];
-/** The changes of the number of components and of the Euler characteristic by kind of event. */
-const COMPONENT_CHANGES = [1, -1, 0, 1, 0, -1];
-const EULER_CHANGES = [2, -2, -2, 2, 2, -2];
+/** The heights of a strip with the space below it, and of the ticks. */
+const STRIP = 40;
+const SPACE = 6;
+const TICKS_HEIGHT = 20;
+/** The changes of the number of components and of the Euler characteristic by kind of event, in the order of src/page/curves.rs. */
+const CHANGES = { components: [1, -1, 0, 1, 0, -1], euler: [2, -2, -2, 2, 2, -2] };
+/** The curves from top to bottom. */
+const CURVES = ["area", "volume", "components", "euler"];
 /** A click at most this far from a tick, CSS pixels, goes to its event. */
 const SNAP_DISTANCE = 5;
+/** If more isovalues have events, those of the longest lifetimes are marked. */
+const MAX_MARKS = 60;
+/** A count with a wider range has a logarithmic scale. */
+const MAX_LINEAR = 24;
+/** The least distance between numbers of the axis, shares of its length. */
+const MIN_STEP = 0.12;
 
 function svgElement(name, attributes) {
     const element = document.createElementNS(SVG, name);
@@ -21,83 +27,115 @@ function svgElement(name, attributes) {
 }
 
 class Plot {
-    /** Draws the curves into an svg element; `choose` is called with isovalues that are clicked or dragged to. */
-    constructor(svg, { curves, histogram }, [low, high], choose) {
-        Object.assign(this, { svg, curves, low, high });
-        svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT + TICKS_HEIGHT}`);
+    /** Draws the curves into an svg element, and sets the isovalue of the viewer to one that is clicked or dragged to. */
+    constructor(svg, { curves, histogram }, [low, high], viewer) {
+        Object.assign(this, { svg, curves, low, high, viewer });
+        const choose = (event) => viewer.setIsovalue(this.isovalueAt(event));
+        this.names = histogram ? ["histogram", ...CURVES] : CURVES;
+        this.height = this.names.length * STRIP;
+        byId("strips").style.setProperty("--n", this.names.length);
+        svg.setAttribute("viewBox", `0 0 ${WIDTH} ${this.height + TICKS_HEIGHT}`);
         svg.setAttribute("preserveAspectRatio", "none");
-        if (histogram) this.drawHistogram(histogram);
         this.ticks = ticksOf(curves.events);
-        this.drawCurve("area", curves.area, null);
-        this.drawCurve("volume", curves.volume, null);
-        this.drawCurve("euler", curves.euler, EULER_CHANGES);
-        this.drawCurve("components", curves.components, COMPONENT_CHANGES);
+        this.findMarks();
+        this.draw("baseline", this.names.map((_, i) => `M0,${(i + 1) * STRIP - SPACE}H${WIDTH}`).join(""));
+        if (histogram) this.drawHistogram(histogram);
+        this.scales = CURVES.map((name) => this.drawCurve(name, curves[name], CHANGES[name]));
+        this.showScales(histogram);
         this.drawTicks();
+        this.showAxis();
         // Outside the svg, so that it moves without drawing the curves again.
         this.cursor = byId("cursor");
-        const point = (event) => choose(this.isovalueAt(event));
-        svg.addEventListener("pointerdown", (event) => {
+        this.guide = byId("guide");
+        this.guide.append(...this.names.map(() => element("span")));
+        on(svg, "pointerdown", (event) => {
             if (event.button !== 0) return;
             svg.setPointerCapture(event.pointerId);
-            point(event);
+            choose(event);
         });
-        svg.addEventListener("pointermove", (event) => {
-            if (svg.hasPointerCapture(event.pointerId)) point(event);
-            this.showEvents(event);
+        on(svg, "pointermove", (event) => {
+            if (svg.hasPointerCapture(event.pointerId)) choose(event);
         });
     }
 
-    /** Draws ticks at the isovalues with events, one for all events in a column of the plot. */
+    draw(name, d) {
+        this.svg.append(svgElement("path", { class: name, d }));
+    }
+
+    /** The isovalues that are marked, and the events of which more than the kind is known. */
+    findMarks() {
+        const { events, named } = this.curves;
+        this.named = named.map(([i, lifetime, place]) => ({ isovalue: events[i][0], kind: events[i][1], lifetime, place }));
+        const isovalues = this.ticks.map(([c]) => c);
+        const longest = [...this.named].sort((a, b) => b.lifetime - a.lifetime).slice(0, MAX_MARKS);
+        const marked = new Set(longest.map(({ isovalue }) => isovalue));
+        this.marks = isovalues.length > MAX_MARKS ? isovalues.filter((c) => marked.has(c)) : isovalues;
+    }
+
+    /** Draws ticks at the isovalues with events, one for all events in a column of the plot; those that are marked are longer. */
     drawTicks() {
-        const columns = new Set(this.ticks.map(([isovalue]) => this.x(isovalue).toFixed(1)));
-        const d = [...columns].map((x) => `M${x},${HEIGHT + 4}V${HEIGHT + TICKS_HEIGHT}`).join("");
-        this.svg.append(svgElement("path", { class: "event", d }));
-        this.title = svgElement("title", {});
-        this.svg.append(this.title);
+        const line = (isovalues, length) => [...new Set(isovalues.map((c) => this.x(c).toFixed(1)))]
+            .map((x) => `M${x},${this.height}v${length}`).join("");
+        this.draw("event faint", line(this.ticks.map(([c]) => c), TICKS_HEIGHT / 3));
+        this.draw("event", line(this.marks, TICKS_HEIGHT));
     }
 
     /** Draws lines at isovalues that have a name. */
     drawNamedLines(marks) {
-        const d = marks.map(([isovalue]) => `M${this.x(isovalue).toFixed(1)},0V${HEIGHT + TICKS_HEIGHT}`).join("");
-        this.svg.append(svgElement("path", { class: "named", d }));
+        this.draw("named", marks.map(([isovalue]) => `M${this.x(isovalue).toFixed(1)},0V${this.height}`).join(""));
     }
 
-    /** Lists the events under the pointer in the title of the plot. */
-    showEvents(event) {
-        const { left, width } = this.svg.getBoundingClientRect();
-        const column = Math.floor(event.clientX - left);
-        const near = this.ticks.filter(([c]) => Math.abs((this.x(c) * width) / WIDTH - 0.5 - column) <= 1);
-        if (near.length === 0) {
-            this.title.textContent = "";
-            return;
-        }
-        const kinds = near.flatMap(([, k]) => k);
-        const names = KINDS.flatMap((name, kind) => {
-            const n = kinds.filter((k) => k === kind).length;
-            return n === 0 ? [] : [n === 1 ? name : `${name} (${n} times)`];
+    /** What happens at an isovalue, as text; null without an event. */
+    eventText(isovalue) {
+        const kinds = this.ticks.find(([c]) => c === isovalue)?.[1];
+        if (!kinds) return null;
+        const named = this.named.filter((event) => event.isovalue === isovalue).sort((a, b) => b.lifetime - a.lifetime);
+        const place = named[0] ? ` at ${this.viewer.placeText(named[0].place)}` : "";
+        const more = kinds.length > 1 ? `, ${shownNumber(kinds.length - 1)} more` : "";
+        return `${shortIsovalue(isovalue)}: ${this.curves.words[named[0]?.kind ?? kinds[0]]}${place}${more}`;
+    }
+
+    /** Shows the isovalue and the values of the curves at the pointer; hides them without an event. */
+    showGuide(event) {
+        this.guide.hidden = !event;
+        if (!event) return null;
+        const isovalue = this.isovalueAt(event);
+        const t = this.x(isovalue) / WIDTH;
+        const measures = this.measuresAt(isovalue);
+        this.guide.style.left = `${100 * t}%`;
+        this.guide.className = t > 0.8 ? "left" : "";
+        this.names.forEach((name, i) => {
+            setText(this.guide.children[i], name === "histogram" ? this.shown(isovalue) : shownNumber(measures[name]));
         });
-        const [first, last] = [near[0], near.at(-1)].map(([c]) => shownIsovalue(c, this.high - this.low));
-        this.title.textContent = `${names.join(", ")} at ${first === last ? first : `${first} to ${last}`}`;
+        return this.eventText(isovalue) ?? `isovalue ${this.shown(isovalue)}`;
     }
 
-    /** The values of the curves under the pointer, as text. */
-    valuesAt({ clientX }) {
-        const { left, width } = this.svg.getBoundingClientRect();
-        const t = Math.min(Math.max((clientX - left) / width, 0), 1);
+    /** The measures at an isovalue: area and volume between those of the curves, counts by the events. */
+    measuresAt(isovalue) {
         const { curves } = this;
-        const at = Math.round(t * (curves.area.length - 1));
-        const isovalue = this.low + (this.high - this.low) * (at / (curves.area.length - 1));
-        const values = [
-            `area ${shownNumber(curves.area[at])}`, `volume ${shownNumber(curves.volume[at])}`,
-            `components ${shownNumber(curves.components[at])}`, `Euler ${shownNumber(curves.euler[at])}`,
-        ];
-        return `${shownIsovalue(isovalue, this.high - this.low)}: ${values.join(", ")}`;
+        const last = curves.area.length - 1;
+        const at = Math.min(Math.max((this.x(isovalue) / WIDTH) * last, 0), last);
+        const [i, j] = [Math.floor(at), Math.ceil(at)];
+        const measures = {};
+        for (const name of CURVES) {
+            const list = curves[name];
+            if (!CHANGES[name]) {
+                measures[name] = list[i] + (at - i) * (list[j] - list[i]);
+                continue;
+            }
+            const steps = i < j ? this.steps([i, j].map((k) => (WIDTH * k) / last), [list[i], list[j]], CHANGES[name]) : [];
+            measures[name] = steps.findLast(([x]) => x <= this.x(isovalue))?.[1] ?? list[i];
+        }
+        return measures;
     }
 
-    /** The next isovalue with events above or below one. */
+    /** The next marked isovalue above or below one. */
     nextEvent(isovalue, direction) {
-        const isovalues = this.ticks.map(([c]) => c);
-        return direction > 0 ? isovalues.find((c) => c > isovalue) : isovalues.findLast((c) => c < isovalue);
+        return direction > 0 ? this.marks.find((c) => c > isovalue) : this.marks.findLast((c) => c < isovalue);
+    }
+
+    shown(isovalue) {
+        return shownIsovalue(isovalue, this.high - this.low);
     }
 
     x(isovalue) {
@@ -108,16 +146,17 @@ class Plot {
     /** Draws the histogram on a logarithmic scale, because often most samples have one value. */
     drawHistogram(counts) {
         const highest = Math.log1p(Math.max(...counts, 1));
-        const y = (count) => (HEIGHT * (1 - Math.log1p(count) / highest)).toFixed(1);
+        const y = (count) => ((STRIP - SPACE) * (1 - Math.log1p(count) / highest)).toFixed(1);
         const x = (i) => ((WIDTH * i) / counts.length).toFixed(1);
         const steps = counts.map((count, i) => `V${y(count)}H${x(i + 1)}`);
-        this.svg.append(svgElement("path", {
-            class: "histogram", d: `M0,${HEIGHT}${steps.join("")}V${HEIGHT}Z`,
-        }));
+        this.draw("histogram", `M0,${STRIP - SPACE}${steps.join("")}V${STRIP - SPACE}Z`);
         byId("histogram-name").hidden = false;
     }
 
-    /** Draws a curve through evenly spaced isovalues; in steps if it is a count, of which `changes` has the change by kind of event. */
+    /**
+     * Draws a curve through evenly spaced isovalues; in steps if it is a count, of which `changes` has the change by kind of event.
+     * Returns the ends of its scale: those of its values if they differ little, else 0 is one of them.
+     */
     drawCurve(name, sampled, changes) {
         const x = (i) => (WIDTH * i) / (sampled.length - 1);
         const points = [[0, sampled[0]]];
@@ -125,11 +164,15 @@ class Plot {
             if (!changes) points.push([x(i), sampled[i]]);
             else points.push(...this.steps([x(i - 1), x(i)], [sampled[i - 1], sampled[i]], changes));
         }
-        // Counts range from one to thousands, so they are drawn on a logarithmic scale.
-        const values = points.map(([, v]) => (changes ? Math.sign(v) * Math.log1p(Math.abs(v)) : v));
-        const lowest = values.reduce((a, b) => Math.min(a, b), 0);
-        const highest = values.reduce((a, b) => Math.max(a, b), lowest + 1e-30);
-        const y = (i) => (2 + (HEIGHT - 4) * (1 - (values[i] - lowest) / (highest - lowest))).toFixed(1);
+        let [lowest, highest] = points.reduce(([a, b], [, v]) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
+        if (lowest > 0 && lowest < 0.5 * highest) lowest = 0;
+        if (highest < 0 && highest > 0.5 * lowest) highest = 0;
+        // Counts range from one to thousands.
+        const isLog = changes && highest - lowest > MAX_LINEAR;
+        const scaled = (v) => (isLog ? Math.sign(v) * Math.log1p(Math.abs(v)) : v);
+        const length = scaled(highest) - scaled(lowest) || 1;
+        const top = this.names.indexOf(name) * STRIP + 2;
+        const y = (i) => (top + (STRIP - SPACE - 2) * (1 - (scaled(points[i][1]) - scaled(lowest)) / length)).toFixed(1);
         let path = `M0,${y(0)}`;
         points.forEach(([at], i) => {
             // Of several steps in one column only the last is drawn.
@@ -137,12 +180,35 @@ class Plot {
             if (i > 0 && !isHidden) path += changes ? `H${at.toFixed(1)}V${y(i)}` : `L${at.toFixed(1)},${y(i)}`;
         });
         if (changes) path += `H${WIDTH}`;
-        if (name === "area") {
-            this.svg.append(svgElement("path", {
-                class: "area filled", d: `${path}V${HEIGHT}H0Z`,
-            }));
+        this.draw(name, path);
+        return [highest, lowest];
+    }
+
+    /** Shows the ends of the scales next to the strips. */
+    showScales(hasHistogram) {
+        const rows = hasHistogram ? [[], ...this.scales] : this.scales;
+        byId("scales").append(...rows.map((ends) => {
+            const row = element("div");
+            for (const end of new Set(ends)) row.append(element("span", { textContent: shownNumber(Number(end.toPrecision(3))) }));
+            return row;
+        }));
+    }
+
+    /** Shows round isovalues below the slider, and the ends of the range. */
+    showAxis() {
+        const { low, high } = this;
+        const least = MIN_STEP * (high - low);
+        const decade = 10 ** Math.floor(Math.log10(least));
+        const step = [1, 2, 5, 10].map((n) => n * decade).find((n) => n >= least);
+        setText(byId("low"), shortIsovalue(low));
+        setText(byId("high"), shortIsovalue(high));
+        for (let i = Math.ceil(low / step); step > 0 && i * step <= high; i++) {
+            const t = this.x(i * step) / WIDTH;
+            if (t < MIN_STEP || t > 1 - MIN_STEP) continue;
+            const tick = element("span", { textContent: shortIsovalue(i * step) });
+            tick.style.left = `${100 * t}%`;
+            byId("axis").append(tick);
         }
-        this.svg.append(svgElement("path", { class: name, d: path }));
     }
 
     /**
@@ -163,16 +229,15 @@ class Plot {
         return [[between.length > 0 ? this.x(between.at(-1)[0]) : (left + right) / 2, after]];
     }
 
-    /** The isovalue under the pointer, or that of the nearest event within SNAP_DISTANCE. */
+    /** The isovalue under the pointer, or that of the nearest marked event within SNAP_DISTANCE. */
     isovalueAt(event) {
         const { left, width } = this.svg.getBoundingClientRect();
         const at = (pixels) => this.low + ((this.high - this.low) * pixels) / width;
         const isovalue = Math.min(Math.max(at(event.clientX - left), this.low), this.high);
         const maxDistance = at(SNAP_DISTANCE) - this.low;
-        const distance = ([c]) => Math.abs(c - isovalue);
-        const nearest = this.ticks.reduce(
-            (best, tick) => (distance(tick) < distance(best) ? tick : best), [Infinity]);
-        return distance(nearest) <= maxDistance ? nearest[0] : isovalue;
+        const distance = (c) => Math.abs(c - isovalue);
+        const nearest = this.marks.reduce((best, c) => (distance(c) < distance(best) ? c : best), Infinity);
+        return distance(nearest) <= maxDistance ? nearest : isovalue;
     }
 
     /** Moves the line of the current isovalue. */
@@ -213,6 +278,11 @@ function shownIsovalue(isovalue, range) {
     const digits = 4 - Math.floor(Math.log10(range > 0 ? range : 1));
     if (digits > 9 || digits < -3) return String(Number(isovalue.toPrecision(6)));
     return isovalue.toFixed(Math.max(digits, 0));
+}
+
+/** An isovalue as text without zeros at its end. */
+function shortIsovalue(isovalue) {
+    return String(Number(isovalue.toPrecision(6)));
 }
 
 /** A number as text; four digits if it is not an integer. */

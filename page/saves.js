@@ -23,7 +23,7 @@ class Saves {
     async screenshot({ size = this.size, transparent = this.isTransparent } = {}) {
         const picture = await this.pixels(size, transparent);
         if (transparent) withStraightAlpha(picture);
-        return pngOf(drawPicture(document.createElement("canvas"), picture, this.viewer));
+        return pngOf(drawPicture(element("canvas"), picture, this.viewer));
     }
 
     /** The pixels of the picture: rows from the top, four bytes per pixel, premultiplied alpha. */

@@ -32,8 +32,9 @@ class Scene {
         this.isWhole = true;
         this.firstView = { ...FIRST_VIEW, ...about.view };
         this.view = { ...this.firstView };
-        // Whether the next picture moves the camera so that the surface fits; not if the address has a view.
-        this.isFitWanted = true;
+        // Whether the next picture moves the camera so that the surfaces of all isovalues ("all") or of this one ("now") fit; not if the
+        // address has a view.
+        this.isFitWanted = "all";
         this.look = {
             wireframe: about.look.wireframe, open: about.open, axes: Boolean(about.axes), orthographic: about.orthographic,
             occlusion: about.look.occlusion, light: about.look.light, background: about.look.background ?? "auto", clip: about.look.clip,
@@ -49,7 +50,7 @@ class Scene {
         this.playing = false;
         this.prefersDark = window.matchMedia("(prefers-color-scheme: dark)");
         this.prefersReducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)");
-        this.prefersDark.addEventListener("change", () => this.request());
+        on(this.prefersDark, "change", () => this.request());
         // The number of pictures drawn, part of the public state.
         this.nPictures = 0;
     }
@@ -143,11 +144,17 @@ class Scene {
         this.setView({ distance: clamped(this.view.distance * factor, [NEAREST, FARTHEST]) });
     }
 
-    /** Returns to the first angles, at a distance at which the current surface fits. */
+    /** Returns to the first view, in which the surfaces of all isovalues fit. */
     reset() {
         this.play(false);
-        this.isFitWanted = true;
+        this.isFitWanted = "all";
         this.setView({ ...this.firstView });
+    }
+
+    /** Fits the surfaces of all isovalues, or those that are shown, into the picture. */
+    fit(isAll) {
+        this.isFitWanted = isAll ? "all" : "now";
+        this.setView({ distance: 1 });
     }
 
     projection([width, height] = [this.canvas.width, this.canvas.height]) {

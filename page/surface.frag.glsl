@@ -6,7 +6,8 @@ precision highp int;
 
 /// Linear colours of the two sides.
 uniform vec3 front;
-uniform vec3 back;
+/// The last component of the inner side is 1 where it cannot be seen.
+uniform vec4 back;
 /// Linear colour and opacity of the wireframe.
 uniform vec4 wire;
 uniform float wire_width;
@@ -48,13 +49,13 @@ vec3 light(vec3 albedo, vec3 n, vec3 towards_eye) {
     vec3 key = normalize(lamps[lamp]);
     vec3 fill = normalize(vec3(lamps[lamp].x > 0.0 ? -0.85 : 0.85, 0.05, 0.45));
     float above = 0.5 + 0.5 * n.y;
-    vec3 ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
+    vec3 ambient = mix(vec3(0.15, 0.14, 0.15), vec3(0.32, 0.35, 0.41), above);
     float wrap = 0.2;
     float from_key = saturate((dot(n, key) + wrap) / (1.0 + wrap));
     float from_fill = saturate(dot(n, fill));
     vec3 diffuse = ambient
-        + 0.88 * from_key * from_key * vec3(1.0, 0.985, 0.955)
-        + 0.20 * from_fill * vec3(0.86, 0.93, 1.0);
+        + 0.95 * from_key * from_key * vec3(1.0, 0.965, 0.89)
+        + 0.30 * from_fill * vec3(0.66, 0.82, 1.0);
     vec3 middle = normalize(key + towards_eye);
     float highlight = 0.14 * pow(saturate(dot(n, middle)), 48.0);
     float grazing = 1.0 - saturate(dot(n, towards_eye));
@@ -100,13 +101,17 @@ void main() {
     vec3 altitudes = altitudes_in_pixels();
     // Counter-clockwise with y upwards, as on WebGPU.
     bool is_front = gl_FrontFacing != mirrored;
-    vec3 albedo = is_front ? front : back;
-    if (palette != 0) {
-        vec3 shown = palette == 1 ? map_color() : triangle_color;
-        albedo = is_front ? shown : mix(0.5 * shown, back, 0.25);
+    vec3 shown = palette == 0 ? front : palette == 1 ? map_color() : triangle_color;
+    vec3 albedo = shown;
+    if (!is_front && back.a < 0.5) {
+        albedo = palette == 0 ? back.rgb : mix(0.5 * shown, back.rgb, 0.25);
     }
-    vec3 n = normalize(is_front ? normal : -normal);
-    vec3 lit = light(albedo, n, parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position));
+    vec3 towards_eye = parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position);
+    // No inner side of a closed surface can be seen: its triangles that face away are folds, lit as the surface around them.
+    vec3 n = normalize(is_front || back.a > 0.5 ? normal : -normal);
+    // Normals of folds and slivers may point away from the eye; mirrored, they are continuous with those around them.
+    n -= 2.0 * min(dot(n, towards_eye), 0.0) * towards_eye;
+    vec3 lit = light(albedo, n, towards_eye);
     if (wire_width > 0.0) {
         lit = mix(lit, wire.rgb, wire.a * wire_coverage(altitudes));
     }

@@ -116,15 +116,8 @@ class Surface {
         positions[3 * i + 2] = step * ((1 - t) * from[3 * a + 2] + t * from[3 * b + 2]);
     }
 
-    /** The lowest and the highest corner of the bounding box, voxels; null if there is no vertex. */
-    box() {
-        if (this.nVertices === 0) return null;
-        const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-        for (let at = 0; at < 3 * this.nVertices; at++) {
-            const axis = at % 3;
-            low[axis] = Math.min(low[axis], this.positions[at]);
-            high[axis] = Math.max(high[axis], this.positions[at]);
-        }
-        return [low, high];
+    /** The positions of the vertices. */
+    points() {
+        return Array.from({ length: this.nVertices }, (_, i) => [...this.positions.subarray(3 * i, 3 * i + 3)]);
     }
 }

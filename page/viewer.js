@@ -30,7 +30,7 @@ class Viewer extends Scene {
         // The further isosurfaces should fit, too, unless the reader has moved the camera.
         if (this.extras.length > 0 && this.fitted === JSON.stringify(this.view)) {
             Object.assign(this.view, this.firstView);
-            this.isFitWanted = true;
+            this.isFitWanted = "all";
         }
         // While the device is lost there is no renderer; recover() uploads the new spectrum.
         const { renderer } = this;
@@ -78,6 +78,11 @@ class Viewer extends Scene {
         const found = point && this.surfacePointAt(point);
         if (found) this.measuredPoints.push(found);
         this.request();
+        return this.distance();
+    }
+
+    /** The distance between two measured points in the world; null before the second one. */
+    distance() {
         const [a, b] = this.measuredPoints.map((p) => this.inWorld(p));
         return b ? Math.hypot(...a.map((x, i) => x - b[i])) : null;
     }
@@ -96,9 +101,18 @@ class Viewer extends Scene {
         this.placeTimer = setTimeout(() => {
             const found = this.pointed && this.surfacePointAt(this.pointed);
             if (!found) return;
-            const place = this.inWorld(found).map((x) => Number(x.toPrecision(5))).join(", ");
-            this.panel.showText(`x, y, z: ${place}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
+            this.panel.showText(`x, y, z: ${this.placeText(found)}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
         }, REST);
+    }
+
+    /** A point of the voxel frame in the world, as text. */
+    placeText(point) {
+        return this.inWorld(point).map((x) => Number(x.toPrecision(4))).join(", ");
+    }
+
+    /** The events at the isovalue whose places are known. */
+    events() {
+        return this.panel?.plot.named.filter(({ isovalue }) => isovalue === this.isovalue) ?? [];
     }
 
     /** Requests a picture; several requests before the next frame give one picture. */
@@ -153,11 +167,12 @@ class Viewer extends Scene {
         this.resize();
         this.update();
         if (!this.isFitWanted) return;
-        this.isFitWanted = false;
         const { width, height } = this.canvas;
         const { volume } = this.spectrum.info;
         const { distance } = this.view;
-        const fitting = fittedView(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.camera(), width, height);
+        const points = this.isFitWanted === "now" ? this.layers().flatMap(({ query }) => query.surface.points()) : this.about.extent;
+        this.isFitWanted = false;
+        const fitting = fittedView(volume, points, this.camera(), width, height);
         Object.assign(this.view, fitting, { distance: distance * fitting.distance });
         this.fitted = JSON.stringify(this.view);
     }
@@ -228,7 +243,7 @@ class Viewer extends Scene {
         const { surface } = this.query;
         surface.codes = undefined;
         this.legendContent = null;
-        if (color === "component") this.legendContent = { name: "component, the largest first" };
+        if (color === "component") this.legendContent = { name: "component, the largest first; from 9 on again, darker" };
         if (color === "component" || color === "none") return;
         const quantity = quantityOf(color, surface, this.about, [this.low, this.high]);
         const ends = scaleOf(quantity, this.coloring, surface);
@@ -240,9 +255,10 @@ class Viewer extends Scene {
 
     /** Updates measures and address some time after the last change. */
     updateAtRest() {
-        this.panel?.showMeasures({
-            triangles: this.renderer.nTriangles, components: null, euler: null, area: null, volume: null,
-        });
+        // The curves are those of all components.
+        const measures = this.selection.isAll && this.panel?.plot.measuresAt(this.isovalue);
+        const unknown = { components: null, euler: null, area: null, volume: null };
+        this.panel?.showMeasures({ triangles: this.renderer.nTriangles, ...(measures || unknown) });
         clearTimeout(this.restTimer);
         this.restTimer = setTimeout(() => {
             if (this.isWhole) this.panel?.showMeasures(measuresOf(this.worldMesh(false, false)), this.query.components);

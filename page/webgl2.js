@@ -4,28 +4,6 @@
 /** Texels per row of a table. */
 const ROW = 2048;
 
-const COPY_VERTEX = `#version 300 es
-void main() {
-    vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1));
-    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);
-}`;
-
-const CAP_VERTEX = `#version 300 es
-out vec2 screen;
-void main() {
-    screen = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;
-    gl_Position = vec4(screen, 0.0, 1.0);
-}`;
-
-const COPY_FRAGMENT = `#version 300 es
-precision highp float;
-uniform highp sampler2D picture;
-out vec4 color;
-void main() {
-    vec3 c = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
-    color = vec4(mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c)), 1.0);
-}`;
-
 class WebGl2Renderer {
     /** Opens a renderer without a spectrum; throws if there is no WebGL2, or the spectrum described by `about` is too large. */
     static async open(canvas, about) {
@@ -46,9 +24,9 @@ class WebGl2Renderer {
         // The others are compiled on demand.
         this.compileCutPrograms = () => {
             this.cut ??= this.linked(text("vertex-glsl"), variant("CUT"));
-            this.cap ??= this.linked(CAP_VERTEX, variant("CAP"));
+            this.cap ??= this.linked(text("cap-vertex"), variant("CAP"));
         };
-        this.copy = this.linked(COPY_VERTEX, COPY_FRAGMENT);
+        this.copy = this.linked(text("copy-vertex"), text("copy-fragment"));
         this.uniforms = new Map();
         this.layers = [];
         this.nSamples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
@@ -275,7 +253,7 @@ class WebGl2Renderer {
         gl.uniform2fv(at("isovalue"), scaledIsovalue(this.spectrum, query.isovalue));
         gl.uniform1ui(at("rank"), Math.max(query.active.rank, 0));
         gl.uniform3fv(at("front"), front.slice(0, 3));
-        gl.uniform3fv(at("back"), backside.slice(0, 3));
+        gl.uniform4fv(at("back"), insideOf(backside, look));
         gl.uniform4fv(at("wire"), palette ? COLOURED_WIRE : PLAIN_WIRE);
         gl.uniform1i(at("palette"), palette);
         if (stops) gl.uniform4fv(at("map"), stops);
@@ -369,6 +347,6 @@ class WebGl2Renderer {
 
     /** Calls back when the context is lost. */
     onLost(callback) {
-        this.canvas.addEventListener("webglcontextlost", callback);
+        on(this.canvas, "webglcontextlost", callback);
     }
 }

@@ -6,8 +6,8 @@ const KNOT_WORDS = 4;
 const TRIANGLE_WORDS = 7;
 /** With a stencil, which finds where a clip plane is inside a surface. */
 const DEPTH_FORMAT = "depth24plus-stencil8";
-const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
-const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
+const PLAIN_FRONT = [0.17, 0.49, 0.47, 1];
+const PLAIN_BACK = [0.72, 0.29, 0.16, 1];
 const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
 const COLOURED_WIRE = [0.008, 0.008, 0.01, 0.72];
 
@@ -67,7 +67,7 @@ function surfaceUniforms(spectrum, { query, front, backside, palette, stops }, l
     numbers.set(projection.eyeFromVoxel, 16);
     numbers.set(projection.eyeFromNormal, 32);
     numbers.set(front, 48);
-    numbers.set(backside, 52);
+    numbers.set(insideOf(backside, look), 52);
     numbers.set(palette ? COLOURED_WIRE : PLAIN_WIRE, 56);
     numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
     const words = new Uint32Array(uniforms);
@@ -79,6 +79,11 @@ function surfaceUniforms(spectrum, { query, front, backside, palette, stops }, l
     words[66] = projection.isParallel ? 1 : 0;
     words[67] = look.lamp;
     return uniforms;
+}
+
+/** The colour of the inner side; the last number is 1 where that side cannot be seen. */
+function insideOf([r, g, b], { open, plane }) {
+    return [r, g, b, open || plane ? 0 : 1];
 }
 
 class WebGpuRenderer {

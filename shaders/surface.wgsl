@@ -11,7 +11,8 @@ struct SurfaceUniforms {
     eye_from_normal: mat4x4<f32>,
     /// Linear colour of the outer side of a plain surface.
     front: vec4<f32>,
-    /// Linear colour of the inner side of a plain surface; tints that side of other surfaces.
+    /// Linear colour of the inner side of a plain surface; tints that side of other surfaces. The last component is 1 where no
+    /// inner side can be seen, because the surface is closed and not clipped: a triangle seen from there is a fold.
     back: vec4<f32>,
     /// Linear colour and opacity of the wireframe.
     wire: vec4<f32>,
@@ -231,11 +232,14 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
         color = normal_color(in.normal);
     }
     var albedo = color;
-    if (!front) {
+    if (!front && frame.back.w < 0.5) {
         albedo = select(mix(0.5 * color, frame.back.rgb, 0.25), frame.back.rgb, frame.palette == PLAIN);
     }
     let towards_eye = select(normalize(-in.position), vec3(0.0, 0.0, 1.0), frame.parallel == 1u);
-    var normal = normalize(select(-in.normal, in.normal, front));
+    // No inner side of a closed surface can be seen: its triangles that face away are folds, lit as the surface around them.
+    var normal = normalize(select(-in.normal, in.normal, front || frame.back.w > 0.5));
+    // Normals of folds and slivers may point away from the eye; mirrored, they are continuous with those around them.
+    normal -= 2.0 * min(dot(normal, towards_eye), 0.0) * towards_eye;
     var lit = light(albedo, normal, towards_eye);
     if (frame.wire_width > 0.0) {
         lit = mix(lit, frame.wire.rgb, frame.wire.a * wire_coverage(in.barycentric, altitudes));
@@ -251,14 +255,14 @@ fn light(albedo: vec3<f32>, normal: vec3<f32>, towards_eye: vec3<f32>) -> vec3<f
     let key = normalize(lamp);
     let fill = normalize(vec3(select(0.85, -0.85, lamp.x > 0.0), 0.05, 0.45));
     let above = 0.5 + 0.5 * normal.y;
-    let ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
+    let ambient = mix(vec3(0.15, 0.14, 0.15), vec3(0.32, 0.35, 0.41), above);
     // Wrap lighting softens the edge of the shadow, as a large light does.
     let wrap = 0.2;
     let from_key = saturate((dot(normal, key) + wrap) / (1.0 + wrap));
     let from_fill = saturate(dot(normal, fill));
     let diffuse = ambient
-        + 0.88 * from_key * from_key * vec3(1.0, 0.985, 0.955)
-        + 0.20 * from_fill * vec3(0.86, 0.93, 1.0);
+        + 0.95 * from_key * from_key * vec3(1.0, 0.965, 0.89)
+        + 0.30 * from_fill * vec3(0.66, 0.82, 1.0);
 
     let middle = normalize(key + towards_eye);
     let highlight = 0.14 * pow(saturate(dot(normal, middle)), 48.0);

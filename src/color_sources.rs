@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::prepared::Prepared;
 use crate::spectrum::Spectrum;
 use crate::verify;
-use crate::volume::Volume;
+use crate::volume::{Placement, Volume};
 
 /// The values of a volume at the knots of a spectrum, each at its position in the world ([`Volume::field_in`]).
 ///
@@ -22,6 +22,17 @@ pub fn field(spectrum: &Spectrum, volume: &Volume) -> Result<KnotValues> {
             volume.name(),
             spectrum.volume().name
         )));
+    }
+    let (own, other) = (spectrum.volume(), volume.placement());
+    let is_placed = [own.placement, *other].iter().any(|&p| p != Placement::IDENTITY);
+    if !is_placed && own.dims != volume.dims() {
+        log::warn!(
+            "{}: {:?} samples, {} has {:?}, and neither says where it is: sample (0, 0, 0) is taken to be the same place in both",
+            volume.name(),
+            volume.dims(),
+            own.name,
+            own.dims
+        );
     }
     Ok(field)
 }

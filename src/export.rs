@@ -31,6 +31,7 @@ mod usda;
 mod vtp;
 mod weld;
 mod world_mesh;
+mod written;
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -44,6 +45,7 @@ pub use format::{Format, NO_COLORS};
 pub use morph::{Morph, MorphTarget, write_morph_to};
 pub use scene::{Arrangement, SceneMesh, SurfaceStyle};
 pub use world_mesh::{Border, place_in_world, without_caps};
+pub use written::Written;
 
 use crate::atomic_file::write_atomically;
 use crate::color::Per;
@@ -67,10 +69,10 @@ pub fn write(
     let path = path.as_ref();
     let format = Format::of_path(path)?;
     let mesh = WorldMesh::new(mesh, placement, border, format)?;
-    write_atomically(path, |writer| encode(mesh, None, format, writer))
+    write_atomically(path, |writer| encode(mesh, None, format, writer).map(|_| ()))
 }
 
-/// As [`write()`], to any writer, for example the standard output.
+/// As [`write()`], to any writer, for example the standard output. Returns what the file has.
 ///
 /// # Errors
 ///
@@ -82,7 +84,7 @@ pub fn write_to(
     border: Border,
     format: Format,
     writer: &mut dyn Write,
-) -> Result<()> {
+) -> Result<Written> {
     let mesh = WorldMesh::new(mesh, placement, border, format)?;
     flushed(encode(mesh, None, format, writer), writer)
 }
@@ -99,7 +101,7 @@ pub fn write_colored_to(
     colors: Colors<'_>,
     format: Format,
     writer: &mut dyn Write,
-) -> Result<()> {
+) -> Result<Written> {
     if !format.supports_colors() {
         return Err(Error::Usage(NO_COLORS.to_owned()));
     }
@@ -151,11 +153,12 @@ fn encode(
     colors: Option<ColorData>,
     format: Format,
     writer: &mut dyn Write,
-) -> io::Result<()> {
+) -> io::Result<Written> {
     let colors = colors.as_ref();
-    match format {
+    let whole = Written::of(&mesh.mesh);
+    let written = match format {
         Format::Ply => ply::write(&mesh, colors, writer),
-        Format::Stl => stl::write(mesh, writer),
+        Format::Stl => return stl::write(mesh, writer),
         Format::Obj => obj::write(&mesh, colors, writer),
         Format::Glb => glb::write(mesh, colors, writer),
         Format::Vtp => vtp::write(&mesh, colors, writer),
@@ -164,10 +167,11 @@ fn encode(
         #[cfg(not(feature = "zip"))]
         Format::ThreeMf => Err(io::Error::other("3MF: built without the feature `zip`")),
         Format::Usda => usda::write(&mesh, colors, writer),
-    }
+    };
+    written.map(|()| whole)
 }
 
 /// Flushes the writer after a successful write; errors carry the path `-`.
-fn flushed(written: io::Result<()>, writer: &mut dyn Write) -> Result<()> {
-    written.and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
+fn flushed<T>(written: io::Result<T>, writer: &mut dyn Write) -> Result<T> {
+    written.and_then(|value| writer.flush().map(|()| value)).map_err(|e| Error::io("-", e))
 }

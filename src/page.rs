@@ -12,6 +12,7 @@
 //! All input (title, caption, credit, names in the spectrum) is escaped: it becomes text of the page, never markup. Equal input
 //! gives equal bytes.
 
+mod compact;
 mod curves;
 mod data;
 mod document;

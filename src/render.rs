@@ -56,4 +56,4 @@ pub use tables::Memory;
 #[cfg(feature = "viewer")]
 pub(crate) use target::WINDOW_FORMAT;
 pub use uniforms::plain_color;
-pub use view::{Clip, Surface, View};
+pub use view::{Clip, Surface, View, reveal_inner};

@@ -13,6 +13,7 @@
 
 mod actions;
 mod camera_control;
+mod closing;
 mod cube;
 mod curves;
 mod file_chunks;

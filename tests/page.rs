@@ -13,6 +13,9 @@ use isospectrum::file;
 use isospectrum::page::{Page, html, with_fewer_knots, with_range};
 use isospectrum::spectrum::{Query, Spectrum};
 
+/// The most bytes that the scripts of a page have.
+const MAX_SCRIPT: usize = 150_000;
+
 /// A folder with the spectrum of a torus, `s.isp`.
 fn folder_with_spectrum() -> Folder {
     Folder::with_phantom("torus:24")
@@ -38,6 +41,7 @@ fn sizes_are_those_of_the_parts_and_equal_input_gives_equal_bytes() {
     let (text, sizes) = html(&spectrum, &page(&spectrum, "torus")).expect("a page");
     assert_eq!(sizes.page, text.len());
     assert_eq!(sizes.script, element(&text, "<script>\n(").len() + 1);
+    assert!(sizes.script <= MAX_SCRIPT, "{} bytes of scripts", sizes.script);
     // Base64 writes three bytes as four characters.
     assert_eq!(element(&text, "id=\"data\">").len(), 4 * sizes.data.div_ceil(3));
     assert_eq!(sizes.still, 0);
@@ -150,6 +154,11 @@ fn bad_requests_are_errors_of_one_line() {
         ),
         (&["html", "s.thesis", "-o", "p.html", "--link", "s.thesis"], 2, "s.thesis: --link needs"),
         (&["html", "x.isp", "-o", "p.html", "--link", "x.isp"], 2, "x.isp: was computed in bricks"),
+        (
+            &["html", "s.isp", "-o", "p.html", "--color", "distance"],
+            2,
+            "cannot show the color distance",
+        ),
         (
             &["html", "s.isp", "-o", "p.html", "--volume", "v_2x2x2_uint8.raw"],
             3,

@@ -16,7 +16,7 @@ use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::file::final_path;
 use isospectrum::settings::IsovalueRange;
-use isospectrum::spectrum::{Event, EventKind};
+use isospectrum::spectrum::{Event, EventKind, VolumeInfo, event_lifetimes, longest};
 use isospectrum::unstable::suggestions::candidates;
 use isospectrum::unstable::topology::critical::GridElement;
 use isospectrum::unstable::topology::dust::Dust;
@@ -36,6 +36,7 @@ use super::simplify_arguments::SimplifyArguments;
 use super::terminal;
 use super::volume_arguments::VolumeArguments;
 use curves::Curve;
+use plot::Plot;
 use regions::ConstantRegion;
 
 const EXAMPLES: &str = "\
@@ -99,21 +100,25 @@ impl Analyze {
         let field = ExactField::new(&volume)?;
         let topology = Topology::compute(&field)?;
         log::debug!("{} critical points", topology.events.len());
-        let curves = curves::sample(
-            &field,
-            &topology,
-            range.unwrap_or(volume.range()),
-            usize::from(self.samples),
-            &bar,
-        )?;
+        let covered = range.unwrap_or(volume.range());
+        let sample = |n| curves::sample(&field, &topology, covered, n, &bar);
+        let curves = sample(usize::from(self.samples))?;
+        let plotted = plot.is_some().then(|| sample(plot::MIN_SAMPLES)).transpose()?;
         drop(bar);
         let analysis = Analysis {
             simplification: cleaned.simplification.as_ref(),
             dust: cleaned.dust.as_ref(),
             ..Analysis::of(&volume, range, &topology, &curves)
         };
-        if let Some(plot) = plot {
-            plot.write_bytes(plot::svg(volume.name(), &curves).as_bytes())?;
+        if let (Some(plot), Some(curves)) = (plot, plotted) {
+            let events: Vec<f64> = analysis.events.iter().map(|event| event.isovalue).collect();
+            let shown = Plot {
+                name: volume.name(),
+                unit: &analysis.unit,
+                curves: &curves,
+                events: &events,
+            };
+            plot.write_bytes(shown.svg().as_bytes())?;
         }
         if self.json {
             report::print_json("analyze", &analysis)?;
@@ -182,6 +187,8 @@ struct Analysis<'a> {
     /// Number of events of each kind.
     kinds: Vec<(EventKind, usize)>,
     events: Vec<Event>,
+    #[serde(skip)]
+    info: VolumeInfo,
     /// Isovalues of interest, with the reason.
     candidates: Vec<Candidate>,
     n_critical_points: usize,
@@ -229,6 +236,7 @@ impl<'a> Analysis<'a> {
         Analysis {
             volume: volume.name(),
             dims: volume.dims(),
+            info: volume.info(),
             range: (low, high),
             simplification: None,
             dust: None,
@@ -264,6 +272,7 @@ impl<'a> Analysis<'a> {
             ("constant regions", self.regions.len().to_string()),
             ("candidates", self.candidates_line()),
         ]);
+        text += &event_lines(&self.events, &self.info, self.range);
         text += &format!(
             "\narea without the caps that close the isosurface at the border, {0}^2; volume inside it, {0}^3\n",
             self.unit
@@ -305,6 +314,35 @@ fn unit_of(placement: &Placement) -> String {
 /// Describes the number of events for people.
 pub(super) fn events_line(n_events: usize, n_isovalues: usize) -> String {
     format!("{n_events} at {n_isovalues} isovalues")
+}
+
+/// The most events that reports describe.
+const MAX_DESCRIBED: usize = 10;
+
+/// Describes the events of the longest lifetimes for people, one per line with its place in the world; empty without events.
+pub(super) fn event_lines(events: &[Event], volume: &VolumeInfo, range: (f64, f64)) -> String {
+    let mut text = String::new();
+    let lifetimes = event_lifetimes(events, volume, range);
+    for i in longest(&lifetimes, MAX_DESCRIBED) {
+        let event = &events[i];
+        if text.is_empty() {
+            text += "\nevents of the longest lifetimes, estimated, in shares of the range\n";
+        }
+        let [x, y, z] =
+            volume.placement.world_of_voxel(event.position.map(|x| x as f32)).map(place);
+        let change = event.kind.in_words(volume.outside);
+        let isovalue = number(event.isovalue);
+        let share = report::percent(lifetimes[i]);
+        text += &format!("{isovalue:>10}  {change} at {x}, {y}, {z} ({share})\n");
+    }
+    text
+}
+
+/// A coordinate with four digits.
+fn place(x: f64) -> String {
+    let digits = 4 - x.abs().max(1.0).log10().floor() as i32 - 1;
+    let scale = 10f64.powi(digits);
+    number((x * scale).round() / scale)
 }
 
 /// Counts the different isovalues of events in ascending order.

@@ -133,6 +133,6 @@ fn write_mesh(spectrum: &Spectrum, isovalue: f64, path: &Path) -> Result<()> {
     let mesh = spectrum.mesh_at(isovalue)?;
     let placement = &spectrum.volume().placement;
     Output::open(path, &[])?
-        .write(|file| write_to(&mesh, placement, Border::Closed, Format::Ply, file))?;
+        .write(|file| write_to(&mesh, placement, Border::Closed, Format::Ply, file).map(drop))?;
     Ok(())
 }

@@ -224,16 +224,22 @@ impl Extract {
     ) -> anyhow::Result<Extracted> {
         let path = output.name();
         let placement = &spectrum.volume().placement;
+        let mut written = None;
         let bytes = output
-            .write(|file| match colors {
-                Some((attribute, map)) => {
-                    let colors = Colors { attribute, map: *map };
-                    write_colored_to(mesh, placement, colors, format, file)
-                }
-                None => write_to(mesh, placement, Border::Closed, format, file),
+            .write(|file| {
+                written = Some(match colors {
+                    Some((attribute, map)) => {
+                        let colors = Colors { attribute, map: *map };
+                        write_colored_to(mesh, placement, colors, format, file)
+                    }
+                    None => write_to(mesh, placement, Border::Closed, format, file),
+                }?);
+                Ok(())
             })
             .map_err(|e| e.of_file(&self.spectrum))?;
-        let (n_vertices, n_triangles) = (mesh.positions.len(), mesh.triangles.len());
+        // STL has fewer than the mesh where vertices coincide.
+        let (n_vertices, n_triangles) =
+            written.map_or((0, 0), |written| (written.n_vertices, written.n_triangles));
         log::info!(
             "{path}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
             report::number(style.isovalue),

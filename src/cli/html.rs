@@ -7,7 +7,7 @@ use isospectrum::Progress as _;
 use isospectrum::color::ColorSources;
 use isospectrum::page::{self, DEFAULT_STEP, Link, Look, Page, Sizes};
 use isospectrum::render::Gpu;
-use isospectrum::render::{Background, Image, Light, Renderer, Surface, View};
+use isospectrum::render::{Background, Image, Light, Renderer, Surface, View, reveal_inner};
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{Histogram, Statistics, Volume};
@@ -42,7 +42,14 @@ Examples:
 /// The page is a single file. It needs no server, requests nothing from the network, and does not contain the volume. With --link it fetches the
 /// isovalues that are viewed from a spectrum file on a server.
 #[derive(Args, Debug)]
-#[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
+#[command(
+    next_help_heading = heading::INPUT,
+    after_long_help = EXAMPLES,
+    // A page has no volume, and no axes of the world in its colours.
+    mut_arg("color", |color| color.long_help(
+        "Colour by curvature, component, quality, ...\n\nOne of none, quality, lifetime, curvature, component.",
+    )),
+)]
 pub(super) struct Html {
     /// Spectrum (.isp)
     spectrum: PathBuf,
@@ -128,6 +135,7 @@ pub(super) struct Html {
 
 impl Html {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
+        Page::check_color(self.color.shown())?;
         let output = self.output()?;
         let link = self.link()?;
         if self.range.is_none() {
@@ -221,7 +229,11 @@ impl Html {
         }
         let surfaces =
             self.isovalue.iter().map(|surface| surface.resolve(spectrum.range(), samples));
-        let mut surfaces = surfaces.collect::<Result<Vec<_>>>()?.into_iter();
+        let mut surfaces = surfaces.collect::<Result<Vec<_>>>()?;
+        if self.cutaway.opacity == 1.0 {
+            reveal_inner(&mut surfaces);
+        }
+        let mut surfaces = surfaces.into_iter();
         let first = surfaces.next();
         let mut look = Look::default();
         look.occlusion = self.occlusion;

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use isospectrum::render::Memory;
-use isospectrum::spectrum::{Metadata, Size, Spectrum, VolumeInfo};
+use isospectrum::spectrum::{Event, Metadata, Size, Spectrum, VolumeInfo};
 use isospectrum::unstable::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
 use isospectrum::unstable::topology::dust::Dust;
 use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::{Deserialize as _, Serialize};
 
-use super::analyze::{events_line, n_isovalues};
+use super::analyze::{event_lines, events_line, n_isovalues};
 use super::{
     heading, output, preparation_arguments, report, simplify_arguments, spectrum_file, terminal,
 };
@@ -65,6 +65,8 @@ pub(super) struct Facts<'a> {
     tracked_area_shares: Option<serde_json::Value>,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
+    #[serde(skip)]
+    all_events: &'a [Event],
     backend: Option<&'a str>,
     adapter: Option<&'a str>,
     parameters: &'a Metadata,
@@ -101,6 +103,7 @@ impl<'a> Facts<'a> {
                 .and_then(serde_json::Value::as_f64),
             tracked_area_shares: parameters.get(TRACKED_AREA_SHARES).cloned(),
             events,
+            all_events: spectrum.events(),
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
             adapter: backend.filter(|&name| name != "cpu"),
             parameters: spectrum.parameters(),
@@ -147,7 +150,7 @@ impl<'a> Facts<'a> {
             let counts = self.counts.as_ref().map_or_else(|| "-".to_owned(), report::counts);
             rows.push(("steps and repairs", counts));
         }
-        report::table(&rows)
+        report::table(&rows) + &event_lines(self.all_events, self.volume, self.range)
     }
 
     /// Returns the tolerance, voxels.

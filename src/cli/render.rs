@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use isospectrum::render::Gpu;
-use isospectrum::render::{Background, Light, Renderer, Surface, View};
+use isospectrum::render::{Background, Light, Renderer, Surface, View, reveal_inner};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
@@ -247,8 +247,11 @@ impl Render {
 
     /// Returns the requested isosurfaces and their isovalues; warns about empty ones.
     fn surfaces(&self, spectrum: &Spectrum) -> Result<(Vec<Surface>, Vec<f64>)> {
-        let surfaces: Vec<Surface> =
+        let mut surfaces: Vec<Surface> =
             self.isovalue.iter().map(|c| c.in_spectrum(spectrum)).collect::<Result<_>>()?;
+        if self.cutaway.opacity == 1.0 {
+            reveal_inner(&mut surfaces);
+        }
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
         for &isovalue in &isovalues {
             spectrum.check_isovalue(isovalue)?;

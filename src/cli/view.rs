@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use isospectrum::Parameters;
-use isospectrum::render::{Background, Light, View as RenderView};
+use isospectrum::render::{Background, Light, View as RenderView, reveal_inner};
 use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{Placement, ReadOptions, Statistics, Volume, phantom, read_volume};
@@ -119,7 +119,10 @@ impl View {
                 let own = volume.as_ref().map(Statistics::of);
                 let samples = own.or_else(|| spectrum.statistics());
                 let resolve = |c: &SurfaceArgument| c.resolve(spectrum.range(), samples.as_ref());
-                let surfaces = self.isovalue.iter().map(resolve).collect::<Result<Vec<_>>>()?;
+                let mut surfaces = self.isovalue.iter().map(resolve).collect::<Result<Vec<_>>>()?;
+                if self.cutaway.opacity == 1.0 {
+                    reveal_inner(&mut surfaces);
+                }
                 (surfaces, resolved(&self.mark, spectrum, samples.as_ref())?)
             }
             None => Default::default(),

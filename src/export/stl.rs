@@ -4,11 +4,12 @@ use std::io::{self, Write};
 
 use super::weld::{Welded, weld};
 use super::world_mesh::WorldMesh;
+use super::written::Written;
 use crate::spectrum::Mesh;
 
 /// Writes a mesh such that a reader that welds equal corners gets the same mesh again ([`weld`]). STL has no shared vertices
 /// and one normal per triangle, so the mesh's own normals are left out.
-pub(super) fn write(world_mesh: WorldMesh, writer: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(world_mesh: WorldMesh, writer: &mut dyn Write) -> io::Result<Written> {
     if world_mesh.is_far {
         log::warn!(
             "the 32-bit floats of STL are too coarse at {:?} for voxels of {:e}; PLY, OBJ and GLB keep the shape",
@@ -19,7 +20,8 @@ pub(super) fn write(world_mesh: WorldMesh, writer: &mut dyn Write) -> io::Result
     let positions = world_mesh.positions_f32().collect();
     let space = world_mesh.space_comment();
     let mesh = Mesh { positions, ..world_mesh.mesh };
-    let Welded { triangles, n_degenerate, n_coincident } = weld(&mesh);
+    let Welded { triangles, n_vertices, n_degenerate, n_coincident } = weld(&mesh);
+    let written = Written { n_vertices, n_triangles: triangles.len() };
     if n_degenerate + n_coincident > 0 {
         log::warn!(
             "STL identifies corners by their positions: {n_degenerate} triangles without area and {n_coincident} coincident vertices remain; PLY, OBJ and GLB keep the mesh unchanged"
@@ -42,7 +44,7 @@ pub(super) fn write(world_mesh: WorldMesh, writer: &mut dyn Write) -> io::Result
         }
         writer.write_all(&row)?;
     }
-    Ok(())
+    Ok(written)
 }
 
 /// The unit normal of a triangle; zero, as the format allows, where it has no area.

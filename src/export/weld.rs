@@ -13,6 +13,8 @@
 //! 3. Vertices that still coincide (sheets that touch, edges whose collapse would close a handle) are moved apart by units in
 //!    the last place, as are those of triangles that have three corners but no area.
 //!
+//! The twin in the page is `page/weld.js`.
+//!
 //! # Invariants
 //!
 //! Vertices have different positions but for [`Welded::n_coincident`], so that welding changes nothing. Vertices and triangles
@@ -32,6 +34,7 @@ const MAX_PASSES: usize = 4;
 #[derive(Debug)]
 pub(super) struct Welded {
     pub(super) triangles: Vec<[[f32; 3]; 3]>,
+    pub(super) n_vertices: usize,
     /// Remaining triangles without area.
     pub(super) n_degenerate: usize,
     /// Remaining vertices with the position of another one.
@@ -50,7 +53,7 @@ pub(super) fn weld(mesh: &Mesh) -> Welded {
     }
     let triangles: Vec<_> = welder.triangles().map(|t| welder.corners(t)).collect();
     let n_degenerate = triangles.iter().filter(|corners| has_no_area(**corners)).count();
-    Welded { triangles, n_degenerate, n_coincident }
+    Welded { triangles, n_vertices: welder.vertices().count(), n_degenerate, n_coincident }
 }
 
 /// A mesh as triangles, and the triangles around each vertex.

@@ -4,11 +4,20 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::export::place_in_world;
-use crate::spectrum::{EventKind, Measures, Query, Spectrum};
+use crate::spectrum::{EventKind, Measures, Mesh, Query, Spectrum, event_lifetimes, longest};
 use crate::volume::{Histogram, Statistics, between};
 
 /// The number of isovalues of the curves, evenly spaced.
-const N_ISOVALUES: usize = 129;
+const N_ISOVALUES: usize = 257;
+
+/// The most events of which the page knows more than isovalue and kind: those of the longest lifetimes.
+const MAX_NAMED: usize = 200;
+
+/// The extent of the surfaces is that of every eighth of the isovalues.
+const EXTENT_STEP: usize = 8;
+
+/// The directions in which the extent of the surfaces is measured; two numbers of the plastic sequence spread them evenly.
+const N_DIRECTIONS: usize = 96;
 
 /// The number of bins of the histogram: one for each value of 8-bit samples.
 const N_BINS: usize = 256;
@@ -31,13 +40,30 @@ pub(super) struct Curves {
     volume: Vec<f32>,
     /// The isovalue and the kind ([`code`]) of each event.
     events: Vec<(f64, u8)>,
+    /// The events of the longest lifetimes, ascending: number in `events`, lifetime as a share of the range, position in the voxel
+    /// frame.
+    named: Vec<(usize, f32, [f32; 3])>,
+    /// The changes at events in words, by code.
+    words: [&'static str; 6],
+    /// Points of the surfaces that are farthest in each of some directions, voxel frame: what the first picture is fitted to.
+    #[serde(skip)]
+    extent: Vec<[f32; 3]>,
 }
 
 impl Curves {
     /// Measures the isosurfaces of a spectrum.
     pub(super) fn of(spectrum: &Spectrum) -> Result<Curves> {
         let range = spectrum.range();
+        let lifetimes = event_lifetimes(spectrum.events(), spectrum.volume(), range);
+        let named = longest(&lifetimes, MAX_NAMED)
+            .into_iter()
+            .map(|i| (i, lifetimes[i] as f32, spectrum.events()[i].position.map(|x| x as f32)));
+        let outside = spectrum.volume().outside;
+        let mut extent = Extent::default();
         let mut curves = Curves {
+            named: named.collect(),
+            words: KINDS.map(|kind| kind.in_words(outside)),
+            extent: Vec::new(),
             components: Vec::new(),
             euler: Vec::new(),
             area: Vec::new(),
@@ -47,13 +73,22 @@ impl Curves {
         let mut query = Query::new(spectrum);
         for i in 0..N_ISOVALUES {
             let mesh = query.mesh_at(isovalue_at(range, i))?;
+            if i % EXTENT_STEP == 0 {
+                extent.add(&mesh);
+            }
             let measures = Measures::of(&place_in_world(mesh, &spectrum.volume().placement));
             curves.components.push(measures.components);
             curves.euler.push(measures.euler);
             curves.area.push(measures.area as f32);
             curves.volume.push(measures.volume as f32);
         }
+        curves.extent = extent.points();
         Ok(curves)
+    }
+
+    /// The points that the first picture is fitted to.
+    pub(super) fn extent(&self) -> &[[f32; 3]] {
+        &self.extent
     }
 
     /// Isovalues that the page offers if its author names none.
@@ -75,16 +110,74 @@ fn isovalue_at(range: (f64, f64), i: usize) -> f64 {
     between(range, i as f64 / (N_ISOVALUES - 1) as f64)
 }
 
-/// The code of a kind of event, an index into `KINDS` of `page/plot.js`.
+/// The kinds of events in the order of their codes, which `page/plot.js` knows.
+const KINDS: [EventKind; 6] = [
+    EventKind::Emerge,
+    EventKind::Merge,
+    EventKind::HandleOpen,
+    EventKind::Split,
+    EventKind::HandleClose,
+    EventKind::Vanish,
+];
+
 fn code(kind: EventKind) -> u8 {
-    match kind {
-        EventKind::Emerge => 0,
-        EventKind::Merge => 1,
-        EventKind::HandleOpen => 2,
-        EventKind::Split => 3,
-        EventKind::HandleClose => 4,
-        EventKind::Vanish => 5,
+    KINDS.iter().position(|&other| other == kind).unwrap_or_default() as u8
+}
+
+/// The points of meshes that are farthest in each of [`N_DIRECTIONS`] directions. Meshes that are mostly caps are the box of the volume,
+/// which would make all others small; they count only if there are no others.
+struct Extent {
+    directions: Vec<[f32; 3]>,
+    /// The farthest point so far in each direction and its distance: of meshes that are mostly caps, and of others.
+    farthest: [Vec<(f32, [f32; 3])>; 2],
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        let directions = (0..N_DIRECTIONS).map(|i| {
+            let (u, v) = (i as f64 * 0.754_877_666_246_693, i as f64 * 0.569_840_290_998_053);
+            let (z, angle) = (2.0 * u.fract() - 1.0, std::f64::consts::TAU * v.fract());
+            let r = (1.0 - z * z).sqrt();
+            [r * angle.cos(), r * angle.sin(), z].map(|x| x as f32)
+        });
+        let none = vec![(f32::NEG_INFINITY, [0.0; 3]); N_DIRECTIONS];
+        Extent { directions: directions.collect(), farthest: [none.clone(), none] }
     }
+}
+
+impl Extent {
+    fn add(&mut self, mesh: &Mesh) {
+        let n_caps = |is_cap: bool| -> f32 {
+            let triangles = mesh.triangles.iter().zip(&mesh.caps);
+            triangles.filter(|&(_, &cap)| cap == is_cap).map(|(t, _)| mesh_area(mesh, t)).sum()
+        };
+        let farthest = &mut self.farthest[usize::from(n_caps(true) <= n_caps(false))];
+        for (direction, best) in self.directions.iter().zip(farthest) {
+            for &p in &mesh.positions {
+                let distance = direction[0] * p[0] + direction[1] * p[1] + direction[2] * p[2];
+                if distance > best.0 {
+                    *best = (distance, p);
+                }
+            }
+        }
+    }
+
+    fn points(self) -> Vec<[f32; 3]> {
+        let found = |list: &Vec<(f32, [f32; 3])>| list[0].0 > f32::NEG_INFINITY;
+        let [capped, others] = self.farthest;
+        let list = if found(&others) { others } else { capped };
+        let mut points: Vec<[f32; 3]> =
+            list.into_iter().filter(|best| best.0 > f32::NEG_INFINITY).map(|best| best.1).collect();
+        points.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        points.dedup();
+        points
+    }
+}
+
+/// Twice the area of a triangle.
+fn mesh_area(mesh: &Mesh, triangle: &[u32; 3]) -> f32 {
+    let [a, b, c] = triangle.map(|v| glam::Vec3::from_array(mesh.positions[v as usize]));
+    (b - a).cross(c - a).length()
 }
 
 #[cfg(test)]

@@ -146,6 +146,7 @@ fn about(
         "samples": page.statistics,
         "marks": page.marks,
         "suggested": curves.suggested(spectrum, page.statistics),
+        "extent": curves.extent(),
         "curves": curves,
     });
     if let Some(link) = link {

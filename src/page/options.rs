@@ -108,9 +108,20 @@ impl<'a> Page<'a> {
         self.ends.check()?;
         self.keep.check()?;
         self.camera.check()?;
-        if matches!(self.color, Color::Distance | Color::Normal) {
-            let name = self.color.name();
-            return Err(Error::Usage(format!("a page cannot show the color {name}")));
+        Page::check_color(self.color)
+    }
+
+    /// Checks that a page can show a quantity: the distance needs the volume, which a page does not contain.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for [`Color::Distance`] and [`Color::Normal`].
+    pub fn check_color(color: Color) -> Result<()> {
+        if matches!(color, Color::Distance | Color::Normal) {
+            let name = color.name();
+            return Err(Error::Usage(format!(
+                "a page cannot show the color {name}, expected none, quality, lifetime, curvature or component"
+            )));
         }
         Ok(())
     }

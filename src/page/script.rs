@@ -1,10 +1,12 @@
 //! Joins the scripts of `page/*.js` into the one script of a page.
 //!
-//! Comments that fill lines, indentation and empty lines are left out; they are a third of the bytes. The code itself stays as it
-//! is written (`docs/decisions/0013-plain-scripts-and-base64.md`).
+//! Comments and white space are left out ([`push_compact`]); they are half of the bytes. All else stays as it is written
+//! (`docs/decisions/0013-plain-scripts-and-base64.md`).
+
+use super::compact::push_compact;
 
 /// The scripts in the order in which the page has them, without the one that starts it.
-const SCRIPTS: [&str; 35] = [
+const SCRIPTS: [&str; 36] = [
     include_str!("../../page/unpack.js"),
     include_str!("../../page/coder.js"),
     include_str!("../../page/file.js"),
@@ -28,6 +30,7 @@ const SCRIPTS: [&str; 35] = [
     include_str!("../../page/picture.js"),
     include_str!("../../page/webm.js"),
     include_str!("../../page/film.js"),
+    include_str!("../../page/weld.js"),
     include_str!("../../page/download.js"),
     include_str!("../../page/saves.js"),
     include_str!("../../page/isovalue.js"),
@@ -57,35 +60,14 @@ const LINKED: [&str; 4] = [
 pub(super) fn script(is_linked: bool) -> String {
     let last = if is_linked { &LINKED[..] } else { &[START] };
     let mut script = String::from("(() => {\n\"use strict\";\n");
-    SCRIPTS.iter().chain(last).for_each(|text| push_code(text, &mut script));
+    SCRIPTS.iter().chain(last).for_each(|text| push_compact(text, &mut script));
     script.push_str("})();\n");
     script
-}
-
-/// Appends the lines of a script that are not comments, without their indentation.
-fn push_code(text: &str, script: &mut String) {
-    let mut in_comment = false;
-    for line in text.lines().map(str::trim) {
-        if in_comment || line.starts_with("/*") {
-            in_comment = !line.ends_with("*/");
-        } else if !line.is_empty() && !line.starts_with("//") {
-            script.push_str(line);
-            script.push('\n');
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn comment_lines_and_indentation_are_left_out() {
-        let text = "// One.\n\n/** Two. */\nf(a, \"// b\");\n    /*\n     * Three.\n     */\n    g(); // four\n";
-        let mut script = String::new();
-        push_code(text, &mut script);
-        assert_eq!(script, "f(a, \"// b\");\ng(); // four\n");
-    }
 
     #[test]
     fn every_script_of_the_folder_is_in_the_page() {

@@ -117,6 +117,12 @@ impl<'a> Canvas<'a> {
             let end = self.text(&(i + 1).to_string(), at, Align::Left, 1.0);
             x = (end + side).round();
         }
+        if n_components > MAX_LEGEND_COMPONENTS {
+            // The colours are repeated.
+            let text =
+                format!("… {n_components}, from {} on again, darker", MAX_LEGEND_COMPONENTS + 1);
+            self.text(&text, [x, y - 0.2 * side], Align::Left, 1.0);
+        }
         let y = y - 1.5 * self.font_size;
         self.text(&attribute.name, [self.margin(), y], Align::Left, 1.0);
     }

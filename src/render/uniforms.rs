@@ -7,7 +7,7 @@ use super::shader_types::{Cut, Palette, SurfaceUniforms};
 use super::tables;
 use super::target::Target;
 use super::view::{Surface, View};
-use crate::color::{Color, Map};
+use crate::color::{Color, Map, linear};
 use crate::spectrum::Spectrum;
 
 /// The inputs that all passes of a picture share.
@@ -26,16 +26,22 @@ pub(super) struct LayerDraw {
 }
 
 /// Linear colours of the two sides of the first surface of a picture; the second surface has them swapped.
-const SIDE_COLORS: [[f32; 4]; 2] = [[0.235, 0.410, 0.620, 1.0], [0.700, 0.370, 0.150, 1.0]];
+const SIDE_COLORS: [[f32; 4]; 2] = [[0.170, 0.490, 0.470, 1.0], [0.720, 0.290, 0.160, 1.0]];
 
 /// Brightness of the inner side of a surface with a colour of its own, relative to the other side.
 const BACK_SIDE_BRIGHTNESS: f32 = 0.45;
 
+/// The sRGB colours of the third and further surfaces of a picture.
+const FURTHER_COLORS: [u32; 4] = [0x5fae84, 0xd184b4, 0xe0c95a, 0x8c7ac2];
+
 /// The default linear red, green and blue of the outer side of a plain surface, by its position in the list of
 /// surfaces.
 pub fn plain_color(position: usize) -> [f32; 3] {
-    let [r, g, b, _] = SIDE_COLORS[position % 2];
-    [r, g, b]
+    let n = SIDE_COLORS.len();
+    match position % (n + FURTHER_COLORS.len()) {
+        i if i < n => [0, 1, 2].map(|k| SIDE_COLORS[i][k]),
+        i => linear(FURTHER_COLORS[i - n]),
+    }
 }
 
 /// The uniforms of a surface.
@@ -47,13 +53,16 @@ pub(super) fn frame(
     projection: &Projection,
     map: Map,
 ) -> SurfaceUniforms {
-    let [front, back] = match color {
+    let color = color.or((layer > 1).then(|| plain_color(layer)));
+    let [front, mut back] = match color {
         Some([r, g, b]) => {
             let [back_r, back_g, back_b] = [r, g, b].map(|c| BACK_SIDE_BRIGHTNESS * c);
             [[r, g, b, 1.0], [back_r, back_g, back_b, 1.0]]
         }
         None => [SIDE_COLORS[layer % 2], SIDE_COLORS[(layer + 1) % 2]],
     };
+    // No inner side of a closed surface can be seen.
+    back[3] = if view.open || view.clip.is_some() { 0.0 } else { 1.0 };
     let palette = match view.color {
         Color::None => Palette::Plain,
         Color::Component => Palette::Components,

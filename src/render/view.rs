@@ -1,7 +1,7 @@
 //! The description of a picture.
 
 use super::background::Background;
-use super::camera::Camera;
+use super::camera::{Camera, FILL};
 use super::light::Light;
 use crate::color::{Color, Map, ScaleEnds};
 use crate::error::{Error, Result};
@@ -71,6 +71,21 @@ pub struct Surface {
 impl Surface {
     pub(super) fn opacity_in(&self, view: &View) -> f32 {
         self.opacity.unwrap_or(view.opacity)
+    }
+}
+
+/// Opacity of surfaces around another one, if none is given.
+const OUTER_OPACITY: f32 = 0.35;
+
+/// Makes the inner ones of several surfaces visible: if no surface has an opacity, all but that of the highest isovalue, which is inside
+/// the others, become translucent.
+pub fn reveal_inner(surfaces: &mut [Surface]) {
+    if surfaces.len() < 2 || surfaces.iter().any(|surface| surface.opacity.is_some()) {
+        return;
+    }
+    let innermost = surfaces.iter().map(|surface| surface.isovalue).fold(f64::MIN, f64::max);
+    for surface in surfaces.iter_mut().filter(|surface| surface.isovalue < innermost) {
+        surface.opacity = Some(OUTER_OPACITY);
     }
 }
 
@@ -145,12 +160,27 @@ impl View {
 /// Smallest side of a box that a picture is fitted to, voxels: smaller boxes are shown with their surroundings.
 const MIN_FIT_SIDE: f64 = 1.0;
 
+/// As [`FILL`], with the box of the volume and annotations around it.
+const ANNOTATED_FILL: f64 = 0.88;
+
 impl View {
     /// Centers the picture on a box (minimum and maximum corner, voxel frame). The box just fits the picture if the camera's
     /// distance was 1; other distances keep their ratio to that.
+    ///
+    /// With axes the box of the volume is in the picture, too, and annotations have room around it.
     pub fn fit(&mut self, volume: &VolumeInfo, bounds: [[f64; 3]; 2]) {
         let size = [self.width, self.height];
-        let distance = self.camera.fit_distance(volume, Some(enlarged(bounds)), size);
+        let [low, high] = bounds;
+        let cell = volume.placement.cell_size();
+        let bounds = match self.axes {
+            true => [
+                low.map(|x| x.min(0.0)),
+                std::array::from_fn(|i| high[i].max((volume.dims[i] - 1) as f64 * cell[i])),
+            ],
+            false => bounds,
+        };
+        let margin = if self.axes { FILL / ANNOTATED_FILL } else { 1.0 };
+        let distance = margin * self.camera.fit_distance(volume, Some(enlarged(bounds)), size);
         self.camera.distance *= distance / self.camera.fit_distance(volume, None, size);
         self.look_at = Some(center(bounds));
     }
@@ -228,4 +258,40 @@ fn enlarged(bounds: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
     let center = center(bounds);
     let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]).max(MIN_FIT_SIDE));
     [-1.0, 1.0].map(|side| std::array::from_fn(|i| center[i] + side * half[i]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::phantom;
+
+    #[test]
+    fn with_axes_the_box_of_the_volume_has_room_around_it() {
+        let volume = phantom("blobs:16").expect("a phantom").info();
+        for (axes, fill) in [(true, ANNOTATED_FILL), (false, FILL)] {
+            let mut view = View { axes, ..View::default().with_width(400).with_height(300) };
+            let small = [[6.0; 3], [9.0; 3]];
+            view.fit(&volume, if axes { small } else { [[0.0; 3], [15.0; 3]] });
+            let projection = view.camera.projection(&volume, view.look_at, view.width, view.height);
+            let extent = (0..8).map(|i| {
+                let corner =
+                    glam::DVec3::from_array([0, 1, 2].map(|a| f64::from(i >> a & 1) * 15.0));
+                let p = projection.clip_from_voxel.project_point3(corner);
+                p.x.abs().max(p.y.abs())
+            });
+            let extent = extent.fold(0.0, f64::max);
+            assert!(extent < fill + 1e-9 && extent > fill - 0.12, "{extent}, expected {fill}");
+        }
+    }
+
+    #[test]
+    fn the_surface_inside_others_is_opaque() {
+        let mut surfaces = [Surface::from(10.0), Surface::from(30.0), Surface::from(20.0)];
+        reveal_inner(&mut surfaces);
+        assert_eq!(surfaces.map(|s| s.opacity), [Some(OUTER_OPACITY), None, Some(OUTER_OPACITY)]);
+        let mut chosen = [Surface { opacity: Some(0.5), ..10.0.into() }, 20.0.into()];
+        reveal_inner(&mut chosen);
+        assert_eq!(chosen[1].opacity, None);
+        assert_eq!(chosen[0].opacity, Some(0.5));
+    }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::critical::GridElement;
+use crate::volume::Outside;
 
 /// The change of topology at an event, for ascending isovalues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,6 +21,22 @@ pub enum EventKind {
     HandleClose,
     /// A component disappears (maximum).
     Vanish,
+}
+
+impl EventKind {
+    /// The change in words, of a surface whose outer side is that of lower or of higher values.
+    pub fn in_words(self, outside: Outside) -> &'static str {
+        match (self, outside) {
+            (EventKind::Emerge, Outside::Low) => "a cavity opens",
+            (EventKind::Emerge, Outside::High) => "a part appears",
+            (EventKind::Merge, _) => "two surfaces merge",
+            (EventKind::HandleOpen, _) => "a handle opens",
+            (EventKind::Split, _) => "a surface splits",
+            (EventKind::HandleClose, _) => "a handle closes",
+            (EventKind::Vanish, Outside::Low) => "a part vanishes",
+            (EventKind::Vanish, Outside::High) => "a cavity closes",
+        }
+    }
 }
 
 /// A change of topology of the isosurface: isovalue, position and kind.

@@ -1,6 +1,6 @@
 //! The actions of keys and the mouse wheel.
 
-use eframe::egui::{Context, Event, InputState, Key, MouseWheelUnit};
+use eframe::egui::{Context, Event, InputState, Key, MouseWheelUnit, Popup};
 
 /// An action of a key or the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +27,10 @@ pub(super) enum Action {
     Side(usize),
     /// Go to the next isovalue with events, up or down.
     Event { is_up: bool },
+    /// Turn by steps of [`KEY_DEGREES`] of azimuth and elevation.
+    Turn([f64; 2]),
+    /// Fit the shown surfaces.
+    Fit,
     /// Magnify by a factor.
     Zoom(f64),
     /// Undo the last change of the view.
@@ -52,12 +56,14 @@ pub(super) enum Action {
 }
 
 /// The keys and their actions, for the help.
-pub(super) const HELP: [(&str, &str); 27] = [
+pub(super) const HELP: [(&str, &str); 29] = [
     ("left drag", "turn"),
     ("middle or right drag", "move"),
     ("both buttons, Ctrl + wheel, pinch", "zoom"),
-    ("wheel, arrow keys", "step through isovalues"),
+    ("wheel, comma and period, Page Up and Page Down", "step through isovalues"),
     ("Shift with them", "fine steps"),
+    ("arrow keys", "turn"),
+    ("Z", "fit the shown surfaces"),
     ("double click", "put that point in the middle"),
     ("Space", "play the sweep"),
     ("N, P", "next and previous isovalue with events"),
@@ -84,7 +90,8 @@ pub(super) const HELP: [(&str, &str); 27] = [
 
 /// The actions of the pressed keys; none while a text is edited.
 pub(super) fn pressed(window: &Context) -> Vec<Action> {
-    if window.text_edit_focused() {
+    // An open list takes the keys, too.
+    if window.text_edit_focused() || Popup::is_any_open(window) {
         return Vec::new();
     }
     window.input(|input| input.events.iter().filter_map(of_key).collect())
@@ -108,8 +115,12 @@ fn of_key(event: &Event) -> Option<Action> {
     }
     let step = |steps| Some(Action::Step { steps, is_fine: modifiers.shift });
     match key {
-        Key::ArrowRight | Key::ArrowUp => return step(1.0),
-        Key::ArrowLeft | Key::ArrowDown => return step(-1.0),
+        Key::ArrowRight => return Some(Action::Turn([1.0, 0.0])),
+        Key::ArrowLeft => return Some(Action::Turn([-1.0, 0.0])),
+        Key::ArrowUp => return Some(Action::Turn([0.0, 1.0])),
+        Key::ArrowDown => return Some(Action::Turn([0.0, -1.0])),
+        Key::Period | Key::CloseBracket => return step(1.0),
+        Key::Comma | Key::OpenBracket => return step(-1.0),
         Key::PageUp => return step(10.0),
         Key::PageDown => return step(-10.0),
         Key::Plus | Key::Equals => return Some(Action::Zoom(KEY_ZOOM)),
@@ -123,6 +134,7 @@ fn of_key(event: &Event) -> Option<Action> {
         _ if repeat => None,
         Key::Space => Some(Action::Play),
         Key::R => Some(Action::Reset),
+        Key::Z => Some(Action::Fit),
         Key::S => Some(Action::Picture),
         Key::W => Some(Action::Wireframe),
         Key::G => Some(Action::Axes),
@@ -145,6 +157,9 @@ fn of_key(event: &Event) -> Option<Action> {
         _ => None,
     }
 }
+
+/// Degrees that a key press turns, the same as in the page.
+pub(super) const KEY_DEGREES: f64 = 5.0;
 
 /// Zoom factor of a key press, the same as in the page.
 const KEY_ZOOM: f64 = 1.15;

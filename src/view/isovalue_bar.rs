@@ -29,7 +29,11 @@ impl Window {
             if field.lost_focus() && self.isovalue_text.take().is_some() {
                 let range = scene.spectrum.range();
                 match parse_isovalue(&text, range, scene.statistics.as_ref()) {
-                    Ok(isovalue) => (scene.isovalue, self.playing) = (isovalue, None),
+                    Ok(isovalue) => {
+                        (scene.isovalue, self.playing) = (isovalue, None);
+                        // An earlier error is settled.
+                        self.message = None;
+                    }
                     Err(error) => message = Some(error),
                 }
             }

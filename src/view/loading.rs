@@ -23,6 +23,8 @@ use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) spectrum: Arc<Spectrum>,
+    /// Whether it was computed here, and not read from a file.
+    pub(super) is_computed: bool,
     /// Of a large file, the loader of its chunks; `spectrum` then has only those at the isovalue.
     pub(super) chunks: Option<FileChunks>,
     pub(super) samples: Option<Histogram>,
@@ -67,7 +69,16 @@ impl Loaded {
     ) -> Loaded {
         let samples = volume.as_deref().map(Histogram::of);
         let statistics = volume.as_deref().map(Statistics::of).or_else(|| spectrum.statistics());
-        Loaded { name, spectrum, chunks: None, samples, statistics, volume, isovalue }
+        Loaded {
+            name,
+            spectrum,
+            is_computed: false,
+            chunks: None,
+            samples,
+            statistics,
+            volume,
+            isovalue,
+        }
     }
 }
 
@@ -172,5 +183,5 @@ fn load(source: LoadSource, parameters: &Parameters, progress: &LoadProgress) ->
     let volume = Arc::new(volume);
     let backend = Backend::choose(Choice::Auto, None)?;
     let spectrum = sweep::compute(&volume, parameters, &backend, progress)?;
-    Ok(Loaded::new(name, spectrum, Some(volume)))
+    Ok(Loaded { is_computed: true, ..Loaded::new(name, spectrum, Some(volume)) })
 }

@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, ViewportCommand};
 
-use super::actions::Action;
+use super::actions::{Action, KEY_DEGREES};
 use super::camera_control;
 use super::file_dialog::Purpose;
 use super::options::Command;
@@ -32,6 +32,15 @@ impl Window {
                 context.send_viewport_cmd(ViewportCommand::Fullscreen(!is_full));
             }
             (Action::Caps, _) => self.view.open = !self.view.open,
+            (Action::Turn([azimuth, elevation]), _) => {
+                let camera = &mut self.view.camera;
+                camera.azimuth = (camera.azimuth + azimuth * KEY_DEGREES).rem_euclid(360.0);
+                camera.elevation = (camera.elevation + elevation * KEY_DEGREES).clamp(-90.0, 90.0);
+            }
+            (Action::Fit, _) => {
+                self.view.camera.distance = 1.0;
+                self.is_fit_pending = true;
+            }
             (Action::Zoom(factor), _) => camera_control::zoom(&mut self.view, factor),
             (Action::Undo, _) => _ = self.history.undo(&mut self.view),
             (Action::Redo, _) => _ = self.history.redo(&mut self.view),

@@ -28,29 +28,29 @@ struct Curve {
     is_count: bool,
 }
 
-/// The colours are distinguishable with any colour vision (Okabe and Ito 2008).
+/// The hues are those of the page, between its colours on light and on dark.
 const CURVES: [Curve; 4] = [
     Curve {
         name: "components",
-        color: Color32::from_rgb(0xE6, 0x9F, 0x00),
+        color: Color32::from_rgb(0xd9, 0x7d, 0x2e),
         value: |m| f64::from(m.components),
         is_count: true,
     },
     Curve {
         name: "Euler characteristic",
-        color: Color32::from_rgb(0x56, 0xB4, 0xE9),
+        color: Color32::from_rgb(0x6f, 0xa3, 0x55),
         value: |m| m.euler as f64,
         is_count: true,
     },
     Curve {
         name: "area without caps",
-        color: Color32::from_rgb(0x00, 0x9E, 0x73),
+        color: Color32::from_rgb(0x4b, 0x8c, 0xc9),
         value: |m| m.area,
         is_count: false,
     },
     Curve {
         name: "enclosed volume",
-        color: Color32::from_rgb(0xCC, 0x79, 0xA7),
+        color: Color32::from_rgb(0xc0, 0x6a, 0x9b),
         value: |m| m.volume,
         is_count: false,
     },
@@ -99,8 +99,11 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, visible: &mut VisibleCurves) 
 
     let hover = response.hover_pos().map(|p| axis.isovalue_at(p.x));
     if let Some(isovalue) = hover {
-        let isovalue = nearest_event(scene, &axis, isovalue).unwrap_or(isovalue);
-        let text = readout(&points, &axis, isovalue);
+        let event = nearest_event(scene, &axis, isovalue);
+        let mut text = readout(&points, &axis, event.unwrap_or(isovalue));
+        if let Some(words) = event.and_then(|isovalue| scene.event_in_words(isovalue)) {
+            let _ = write!(text, "   {words}");
+        }
         let text = painter.layout_no_wrap(text, FontId::proportional(12.0), visuals.text_color());
         let background = Rect::from_min_size(rect.left_top(), text.size());
         painter.rect_filled(background, 2.0, visuals.extreme_bg_color.gamma_multiply(0.85));

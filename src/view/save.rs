@@ -1,4 +1,4 @@
-//! Saving pictures, meshes and sweeps. Only [`save_as`] replaces files.
+//! Saving spectra, pictures, meshes and sweeps. Only [`save_as`] replaces files.
 
 use std::path::{Path, PathBuf};
 
@@ -6,12 +6,13 @@ use super::numbers::format_number;
 use super::scene::Scene;
 use crate::error::{Error, Result};
 use crate::export::{self, Border};
+use crate::file;
 use crate::render::View;
 use crate::spectrum::{Mesh, Picked, Query};
 use crate::volume::between;
 
 /// Extensions of the files that can be saved.
-pub(super) const EXTENSIONS: [&str; 7] = ["png", "ply", "stl", "obj", "glb", "vtp", "3mf"];
+pub(super) const EXTENSIONS: [&str; 8] = ["isp", "png", "ply", "stl", "obj", "glb", "vtp", "3mf"];
 
 /// The beginning of file names of a scene: the folder, and the name of the scene without its extension.
 fn stem(folder: &Path, scene: &Scene) -> PathBuf {
@@ -24,13 +25,16 @@ fn stem(folder: &Path, scene: &Scene) -> PathBuf {
     folder.join(if plain.is_empty() { "spectrum".into() } else { plain })
 }
 
-/// The default file name of a picture.
+/// The default file name: that of a computed spectrum until it is saved, then that of a picture.
 pub(super) fn default_name(scene: &Scene) -> String {
+    if scene.is_unsaved {
+        return stem(Path::new(""), scene).with_extension("isp").to_string_lossy().into_owned();
+    }
     let path = free_path(Path::new(""), scene, "png");
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Writes a picture or a mesh, by the extension, and replaces an existing file. Returns a message.
+/// Writes a spectrum, a picture or a mesh, by the extension, and replaces an existing file. Returns a message.
 ///
 /// # Errors
 ///
@@ -38,6 +42,16 @@ pub(super) fn default_name(scene: &Scene) -> String {
 pub(super) fn save_as(path: &Path, scene: &mut Scene, view: &View) -> Result<String> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
         scene.picture(view)?.write_png(path)?;
+        return Ok(format!("saved {}", path.display()));
+    }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("isp")) {
+        if scene.folder().is_some() {
+            return Err(Error::Usage(
+                "a folder of parts: isospectrum merge makes one file of it".into(),
+            ));
+        }
+        file::write(&scene.spectrum, path)?;
+        scene.is_unsaved = false;
         return Ok(format!("saved {}", path.display()));
     }
     let n_triangles = write_mesh(path, scene, view)?;

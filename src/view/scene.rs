@@ -11,7 +11,7 @@ use super::camera_control::{first_hit, pixel_ray};
 use super::curves::{Curves, MeshSource};
 use super::file_chunks::FileChunks;
 use super::loading::Loaded;
-use super::numbers::{step_isovalue, step_size};
+use super::numbers::{format_short, step_isovalue, step_size};
 use super::picks::PickedComponents;
 use super::pinned::{PinnedSurface, linear_of};
 use crate::color::{ColorSources, to_srgb};
@@ -21,7 +21,7 @@ use crate::export::place_in_world;
 use crate::file::SpectrumFile;
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, Surface, View, WINDOW_FORMAT};
-use crate::spectrum::{Measures, Spectrum};
+use crate::spectrum::{Measures, Spectrum, event_lifetimes};
 use crate::volume::{Histogram, Statistics, Volume};
 
 /// A spectrum and how it is shown.
@@ -29,6 +29,8 @@ pub(super) struct Scene {
     pub(super) name: String,
     /// Of a large file, the loaded chunks: meshes are complete at the isovalues that `chunks` has.
     pub(super) spectrum: Arc<Spectrum>,
+    /// Whether the spectrum was computed here and is in no file yet.
+    pub(super) is_unsaved: bool,
     /// Of a large file, the loader of its chunks.
     chunks: Option<FileChunks>,
     /// A second field for colours.
@@ -39,6 +41,8 @@ pub(super) struct Scene {
     pub(super) curves: Curves,
     /// Isovalues of events, increasing, without duplicates.
     pub(super) events: Vec<f64>,
+    /// The lifetime of each event of the spectrum.
+    lifetimes: Vec<f64>,
     pub(super) isovalue: f64,
     /// The last measures and their isovalue.
     measures: Option<(f64, Measures)>,
@@ -75,7 +79,8 @@ impl Scene {
         field: Option<Arc<Volume>>,
         window: &egui::Context,
     ) -> Result<Self> {
-        let Loaded { name, spectrum, chunks, samples, statistics, volume, isovalue } = loaded;
+        let Loaded { name, spectrum, is_computed, chunks, samples, statistics, volume, isovalue } =
+            loaded;
         let mut sources = ColorSources::default();
         if let Some(field) = &field {
             sources = sources.with_field(color_sources::field(&spectrum, field)?);
@@ -95,6 +100,8 @@ impl Scene {
                 Curves::start(MeshSource::of(&spectrum), window)
             },
             events,
+            lifetimes: event_lifetimes(spectrum.events(), spectrum.volume(), spectrum.range()),
+            is_unsaved: is_computed,
             isovalue,
             measures: None,
             color: None,
@@ -253,11 +260,35 @@ impl Scene {
         self.measures.map(|(_, measures)| measures)
     }
 
-    /// Fits the view to the surface unless it is empty.
+    /// The change of the longest lifetime at an isovalue with its place in the world, and the number of others; none without an event.
+    pub(super) fn event_in_words(&self, isovalue: f64) -> Option<String> {
+        let (events, volume) = (self.spectrum.events(), self.spectrum.volume());
+        let here = || (0..events.len()).filter(|&i| events[i].isovalue == isovalue);
+        let first = here().max_by(|&i, &j| self.lifetimes[i].total_cmp(&self.lifetimes[j]))?;
+        let place = volume.placement.world_of_voxel(events[first].position.map(|x| x as f32));
+        let [x, y, z] = place.map(format_short);
+        let change = events[first].kind.in_words(volume.outside);
+        let more = match here().count() {
+            1 => String::new(),
+            n => format!(", {} more", n - 1),
+        };
+        Some(format!("{change} at {x}, {y}, {z}{more}"))
+    }
+
+    /// Fits the view to all shown surfaces, unless they are empty.
     pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
         self.read_chunks()?;
+        let mut boxes = Vec::new();
+        for pinned in &self.pinned {
+            let isovalue = pinned.surface().isovalue;
+            boxes.extend(self.painter.bounds(&self.spectrum, isovalue, &view.keep)?);
+        }
         let mesh = self.painter.mesh_at(&self.spectrum, self.isovalue)?;
-        if let Some(bounds) = mesh.with_shown(&view.keep, &view.picked).bounds() {
+        boxes.extend(mesh.with_shown(&view.keep, &view.picked).bounds());
+        let around = boxes.into_iter().reduce(|[low, high], [a, b]| {
+            [std::array::from_fn(|i| low[i].min(a[i])), std::array::from_fn(|i| high[i].max(b[i]))]
+        });
+        if let Some(bounds) = around {
             view.fit(self.spectrum.volume(), bounds);
         }
         Ok(())

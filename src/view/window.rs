@@ -75,6 +75,9 @@ pub(super) struct Window {
     pub(super) tool: Option<Tool>,
     pub(super) pointer: Pointer,
     pub(super) is_help_open: bool,
+    /// Whether the window asks what to do with spectra that are not saved, and whether it may close without them.
+    pub(super) is_closing: bool,
+    pub(super) may_close: bool,
     /// The message and the time, seconds, when it disappears.
     pub(super) message: Option<(String, f64)>,
     pub(super) title: String,
@@ -125,6 +128,8 @@ impl Window {
             tool: None,
             pointer: Pointer::default(),
             is_help_open: false,
+            is_closing: false,
+            may_close: false,
             message: None,
             title: String::new(),
             failure,
@@ -364,6 +369,7 @@ impl eframe::App for Window {
         self.show_progress(&context);
         self.show_file_dialog(&context);
         self.show_help(&context);
+        self.ask_before_closing(&context);
         self.update_title(&context);
     }
 }

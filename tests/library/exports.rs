@@ -460,10 +460,11 @@ fn an_stl_of_a_mesh_that_meets_samples_is_closed_when_corners_are_welded() {
     folder.run(&["compute", "-q", "v_8x8x8_uint8.raw", "--backend", "cpu", "-o", "s.isp"]);
     let mut n_merged = 0;
     for isovalue in ["1", "2", "2.5", "3", "4"] {
-        for name in ["m.stl", "m.ply"] {
-            folder.run(&["extract", "s.isp", "-c", isovalue, "-o", name]);
-        }
+        folder.run(&["extract", "s.isp", "-c", isovalue, "-o", "m.ply"]);
+        let output = folder.run(&["extract", "s.isp", "-c", isovalue, "-o", "m.stl", "--json"]);
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let [n, n_flat, n_bad] = welded(&folder.read("m.stl"));
+        assert_eq!(report["n_triangles"], n, "the report has the triangles of the file");
         assert_eq!([n_flat, n_bad], [0, 0], "{n} triangles at {isovalue}");
         let mesh = parse_ply(&folder.read("m.ply")).expect("just written");
         assert!(n > 0 && n <= mesh.triangles.len());

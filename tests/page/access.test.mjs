@@ -104,12 +104,36 @@ describe("access", () => {
         await close();
     });
 
+    test("in forced colours the slider and the legends are seen", async () => {
+        const { page, close } = await watched(browser, { forcedColors: "active" });
+        await open(page, { renderer: "webgl2", color: "component" });
+        const colors = await page.evaluate(() => {
+            const of = (selector, pseudo) => getComputedStyle(document.querySelector(selector), pseudo);
+            return [of("#slider").getPropertyValue("--track"), of("dt.area", "::before").backgroundColor, of("#legend > div").backgroundImage, of("body").backgroundColor];
+        });
+        assert.equal(colors[0], "GrayText");
+        assert.notEqual(colors[1], colors[3], "a swatch");
+        assert.match(colors[2], /gradient/);
+        await close();
+    });
+
+    test("messages have contrast, light and dark", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        for (const colorScheme of ["light", "dark"]) {
+            await page.emulateMedia({ colorScheme });
+            const [message, background] = await page.evaluate(() => [document.getElementById("message"), document.body].map((e, i) => getComputedStyle(e)[i ? "backgroundColor" : "color"]));
+            assert.ok(contrast(message, background) >= 4.5, colorScheme);
+        }
+        await close();
+    });
+
     test("the plot is one node to a screen reader, however many events there are", async () => {
         const { page, context, close } = await watched(browser);
         await open(page, { renderer: "webgl2" }, "noise.html");
         const text = await page.locator("#events").textContent();
         assert.ok(Number(/^[\d,]+/.exec(text)[0].replaceAll(",", "")) > 100, text);
-        assert.ok(await page.locator("#plot *").count() <= 10);
+        assert.ok(await page.locator("#plot *").count() <= 12);
         const session = await context.newCDPSession(page);
         const { nodes } = await session.send("Accessibility.getFullAXTree");
         const plot = nodes.find((n) => !n.ignored && /Euler characteristic over/.test(n.name?.value ?? ""));

@@ -83,6 +83,11 @@ export async function open(page, hash = {}, name) {
     await ready(page);
 }
 
+/** Opens the group of controls "Look", which stays as the reader left it. */
+export function openLook(page) {
+    return page.locator("#look").evaluate((look) => { look.open = true; });
+}
+
 /** Changes the address of an open page, as a reader does who edits it, and waits for the picture. */
 export async function setAddress(page, hash) {
     await page.evaluate((text) => new Promise((resolve) => {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { expected, folder, launch, open, pixels, reopen, settled, setNativeSize, state, watched } from "./browser.mjs";
+import { expected, folder, launch, open, openLook, pixels, reopen, settled, setNativeSize, state, watched } from "./browser.mjs";
 import { assertSimilar, decodePng, difference, readPng } from "./pixels.mjs";
 
 /**
@@ -48,7 +48,7 @@ describe("colours", () => {
         const plain = await pixels(page);
         assert.ok(await page.locator("#legend").isHidden());
         assert.equal(await page.locator("#color option[value=field]").count(), 0, "there is no field");
-        await page.locator("summary").click();
+        await openLook(page);
         await page.locator("#front").fill("#c8503c");
         await settled(page);
         assert.ok(difference(plain, await pixels(page)).share > 0.05, "the surface has another colour");
@@ -66,7 +66,7 @@ describe("colours", () => {
         await page.waitForFunction(() => /scale=p10(:|%3A)p90/.test(location.hash));
         await reopen(page);
         assert.deepEqual((await state(page)).ends, [low, high]);
-        await page.locator("summary").click();
+        await openLook(page);
         await page.locator("#scale").fill("0.5:0.9");
         await page.locator("#scale").press("Enter");
         await settled(page);
@@ -83,7 +83,7 @@ describe("colours", () => {
         await reopen(page);
         assert.deepEqual((await state(page)).ends, [0.5, 0.9]);
         assert.equal(await page.locator("#map").inputValue(), "magma");
-        await page.locator("summary").click();
+        await openLook(page);
         await page.selectOption("#background", "dark");
         await settled(page);
         assert.ok((await pixels(page)).pixels[0] < 60, "the background is dark");

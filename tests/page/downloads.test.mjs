@@ -5,8 +5,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { expected, folder, launch, open, show, watched } from "./browser.mjs";
-import { assertClosedManifold, parseGlb, parsePly, parseStl } from "./meshes.mjs";
+import { expected, folder, launch, open, openLook, show, watched } from "./browser.mjs";
+import { areaOf, assertClosedManifold, parseGlb, parsePly, parseStl, welded } from "./meshes.mjs";
 
 /** The rounding of a knot: half of four steps along the surface, and up to four steps back into the tangent plane; voxels. */
 const MAX_ROUNDING = 4.5 * expected.step * 1.001;
@@ -61,9 +61,43 @@ describe("downloads", () => {
         await opened.close();
     });
 
+    test("30 saved meshes are watertight, also where vertices coincide", async () => {
+        const { page, close } = await watched(browser);
+        // What is given to the browser as a file; it drops downloads that follow each other in short time.
+        await page.addInitScript(() => {
+            window.saved = [];
+            const create = URL.createObjectURL;
+            URL.createObjectURL = (blob) => {
+                if (!/script/.test(blob.type)) window.saved.push(blob);
+                return create(blob);
+            };
+            HTMLAnchorElement.prototype.click = () => {};
+        });
+        await open(page, { renderer: "webgl2" }, "noise.html");
+        const read = async (format) => Buffer.from(await page.evaluate(async (name) => {
+            document.querySelector(`[data-format=${name}]`).click();
+            const bytes = new Uint8Array(await window.saved.pop().arrayBuffer());
+            return btoa(bytes.reduce((text, byte) => text + String.fromCharCode(byte), ""));
+        }, format), "base64");
+        let nWelded = 0;
+        for (let i = 0; i < 30; i++) {
+            // Whole numbers are values of samples, where vertices coincide.
+            await show(page, i < 15 ? 12 + 16 * i : 3.7 + 8.1 * i);
+            const ply = parsePly(await read("ply"));
+            const corners = parseStl(await read("stl"));
+            const stl = welded(corners);
+            for (const mesh of [ply, parseGlb(await read("glb")), stl]) assertClosedManifold(mesh);
+            assert.ok(corners.every((_, at) => at % 9 > 0 || areaOf(corners.slice(at, at + 9)) > 0), "triangles have an area");
+            if (stl.triangles.length < ply.triangles.length) nWelded++;
+        }
+        assert.ok(nWelded > 0, "vertices coincide at some isovalues");
+        await close();
+    });
+
     test("without caps the mesh is open", async () => {
         const { page, close } = await watched(browser, { acceptDownloads: true });
         await open(page, { renderer: "webgl2", isovalue: String(expected.isovalues[0]) });
+        await openLook(page);
         await page.getByLabel("Close at border").uncheck();
         const ply = parsePly(await downloaded(page, "ply", "open.ply"));
         const whole = parsePly(readFileSync(join(folder, "extracted-0.ply")));

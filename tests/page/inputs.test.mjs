@@ -177,7 +177,8 @@ describe("inputs", () => {
         assert.deepEqual([azimuth, elevation], [35, 22]);
         // The torus is in the middle of its volume and does not fill it.
         assert.ok(distance > 0.5 && distance < 1, `distance ${distance}`);
-        assert.ok(Math.hypot(...target) < 0.5, `${target}`);
+        // The middle of the picture, in perspective, is near the middle of the torus.
+        assert.ok(Math.hypot(...target) < 2, `${target}`);
         // A little inside the leftmost point of the surface in the middle row of the picture.
         const column = await page.evaluate(async () => {
             const { width, height, pixels } = await window.isospectrum.pixels();
@@ -295,7 +296,10 @@ describe("inputs", () => {
         const perPixel = label / (end - start);
         const box = await page.locator("#canvas").boundingBox();
         const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+        await page.locator("#measure summary").click();
         await page.locator("#pick-measure").click();
+        // The group is below the picture.
+        await page.evaluate(() => scrollTo(0, 0));
         const offset = 1.75 / perPixel;
         for (const side of [-1, 1]) {
             await page.mouse.click(x + side * offset, y);
@@ -307,7 +311,7 @@ describe("inputs", () => {
             // 8-bit samples of a cone: a ball to within the tolerance of 0.1 voxel and what rounding moves it.
             assert.ok(Math.abs(radius - 3.5) < 0.15, `${radius}`);
         }
-        const distance = Number(/^Distance ([\d.]+)$/.exec(await page.locator("#message").textContent())[1]);
+        const distance = Number(/^Distance ([\d.]+) voxels$/.exec(await page.locator("#message").textContent())[1]);
         assert.ok(Math.abs(distance - Math.hypot(...a.map((p, i) => p - b[i]))) < 1e-3 * distance);
         // The bar is at the distance of the middle of the ball; the points are nearer by their x, which is towards the eye, so
         // lengths in pixels shrink in proportion. Tolerance: a pixel for each click, a tenth for each end of the bar.
@@ -318,8 +322,11 @@ describe("inputs", () => {
         await page.waitForFunction(() => /^x, y, z: [-\d., ]+; value 150/.test(document.getElementById("events").textContent));
         const plot = await page.locator("#plot").boundingBox();
         await page.mouse.move(plot.x + plot.width / 2, plot.y + 10);
-        assert.match(await page.locator("#events").textContent(), /: area [\d.,]+, volume [\d.,]+, components 1, Euler 2$/);
+        const values = await page.locator("#guide span").allTextContents();
+        assert.deepEqual(values.slice(-2), ["1", "2"], "components and Euler characteristic");
+        assert.ok(values.slice(-4, -2).every((text) => Number(text.replaceAll(",", "")) > 0), `${values}: area and volume`);
         await page.mouse.move(5, 5);
+        assert.ok(await page.locator("#guide").isHidden());
         assert.match(await page.locator("#events").textContent(), /event/);
         await close();
     });
@@ -360,7 +367,7 @@ describe("inputs", () => {
         const [, nEvents, nMarks] = /^([\d,]+) events? at ([\d,]+) isovalues?$/.exec(text).map((n) => Number(n.replaceAll(",", "")));
         assert.equal(nEvents, expected.n_events);
         assert.equal(nMarks, new Set(expected.events).size);
-        const drawn = await page.locator("#plot .event").getAttribute("d");
+        const drawn = await page.locator("#plot .event.faint").getAttribute("d");
         const marks = [...drawn.matchAll(/M([\d.]+),/g)].map(([, x]) => Number(x));
         const column = (c) => Number(((1000 * (c - low)) / (high - low)).toFixed(1));
         assert.deepEqual(new Set(marks), new Set(expected.events.map(column)));
@@ -381,6 +388,93 @@ describe("inputs", () => {
             assert.equal(await shown("euler"), positions.length / 3 - triangles.length / 6);
             assert.equal(await shown("components"), countComponents(triangles));
         }
+        await close();
+    });
+
+    test("the surfaces of all isovalues fit the first picture and fill it, and that of one isovalue if wanted", async () => {
+        const { page, close } = await watched(browser, { viewport: { width: 700, height: 700 } });
+        await open(page, { renderer: "webgl2" }, "ball.html");
+        // The share of the picture's height that the surface takes, and whether it touches the border.
+        const filled = async () => {
+            const { width, height, pixels: bytes } = await pixels(page);
+            let [first, last, isCut] = [height, -1, false];
+            for (let i = 0; i < width * height; i++) {
+                if (bytes[4 * i] > 245) continue;
+                const y = Math.floor(i / width);
+                [first, last] = [Math.min(first, y), Math.max(last, y)];
+                isCut ||= y === 0 || y === height - 1 || i % width === 0 || i % width === width - 1;
+            }
+            return [(last + 1 - first) / height, isCut];
+        };
+        for (const isovalue of [60, 130, 199]) {
+            await show(page, isovalue);
+            const [share, isCut] = await filled();
+            assert.ok(!isCut, `at ${isovalue}`);
+            assert.ok(isovalue > 60 || share > 0.85, `${share} at ${isovalue}`);
+        }
+        assert.ok((await filled())[0] < 0.5);
+        await page.keyboard.press("z");
+        await settled(page);
+        assert.ok((await filled())[0] > 0.85, "fit now");
+        await page.locator("#fit-all").click();
+        await settled(page);
+        assert.ok((await filled())[0] < 0.5, "fit all");
+        await close();
+    });
+
+    test("figures are known while the isovalue moves, and events say what they are and where", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2", isovalue: String(at(0.1)) });
+        const moving = await page.evaluate(async (to) => {
+            window.isospectrum.setIsovalue(to);
+            await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+            return [...document.querySelectorAll("#measures dd")].map((dd) => dd.textContent);
+        }, at(0.9));
+        assert.ok(moving.every((text) => /^[\d.,-]+$/.test(text)), `${moving}`);
+        assert.deepEqual(moving.slice(2, 4), ["1", "0"], "components and Euler characteristic of a torus");
+        const words = /^[-\d.]+: (a|two) (cavity|part|handle|surfaces?) \w+ at [-\d.]+, [-\d.]+, [-\d.]+(, \d+ more)?$/;
+        const list = await page.locator("#event-list option").allTextContents();
+        assert.equal(list.length, new Set(expected.events).size);
+        for (const text of list) assert.match(text, words);
+        await page.locator("#event-list").selectOption({ index: list.length - 1 });
+        await settled(page);
+        assert.equal((await state(page)).isovalue, Math.max(...expected.events));
+        assert.equal(await page.locator("#events").textContent(), list.at(-1));
+        assert.ok(await page.locator("#overlay circle.event").count() > 0, "the place is marked in the picture");
+        await close();
+    });
+
+    test("a wrong isovalue in the address, an empty picture and a link to a file are explained", async () => {
+        const { page, close } = await watched(browser, { permissions: ["clipboard-write"] });
+        await open(page, { renderer: "webgl2", isovalue: "1e9" });
+        assert.match(await page.locator("#message").textContent(), /^isovalue=1e9 in the address: outside the range/);
+        await page.locator("#min-volume").fill("1e9");
+        await page.keyboard.press("Enter");
+        await settled(page);
+        assert.match(await page.locator("#empty").textContent(), /^No component is shown/);
+        await page.locator("#show-all").click();
+        await settled(page);
+        assert.ok(await page.locator("#empty").isHidden());
+        // At the highest value nothing is above the isovalue.
+        await page.goto("about:blank");
+        await open(page, { renderer: "webgl2" }, "noise.html");
+        await show(page, (await state(page)).high);
+        assert.equal((await state(page)).nTriangles, 0);
+        assert.equal(await page.locator("#empty").textContent(), "No surface at this isovalue.");
+        assert.deepEqual(await page.locator("#measures dd").allTextContents(), ["0", "0", "0", "0", "0"]);
+        await page.locator("#copy-embed").click();
+        await page.waitForFunction(() => /file on this computer/.test(document.getElementById("message").textContent));
+        await close();
+    });
+
+    test("groups of controls stay as the reader left them", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        await page.locator("#components summary").click();
+        await page.locator("#look summary").click();
+        await page.waitForFunction(() => JSON.parse(localStorage.getItem("isospectrum")).look);
+        await reopen(page);
+        assert.deepEqual(await page.locator("#side > details").evaluateAll((all) => all.filter((d) => d.open).map((d) => d.id)), ["isovalues", "look", "share"]);
         await close();
     });
 

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, describe, test } from "node:test";
-import { expected, launch, open, pixels, reopen, settled, state, watched } from "./browser.mjs";
+import { expected, launch, open, openLook, pixels, reopen, settled, state, watched } from "./browser.mjs";
 import { assertSimilar, difference } from "./pixels.mjs";
 
 describe("layers", () => {
@@ -23,12 +23,13 @@ describe("layers", () => {
             assert.equal(extras.length, 1);
             pictures[renderer] = await pixels(page);
             // Without caps the inside is visible.
+            await openLook(page);
             await page.getByLabel("Close at border").uncheck();
             await settled(page);
             const withoutCap = await pixels(page);
             assert.ok(difference(pictures[renderer], withoutCap).share > 0.005, `${renderer}: the cap is visible`);
             await page.getByLabel("Close at border").check();
-            await page.locator("summary").click();
+            await openLook(page);
             await page.selectOption("#clip", "");
             await settled(page);
             assert.ok(difference(pictures[renderer], await pixels(page)).share > 0.005, `${renderer}: the cut is visible`);
@@ -45,7 +46,7 @@ describe("layers", () => {
             await settled(page);
             // Over white, each pixel is half-way from white to the opaque pixel.
             const half = await pixels(page);
-            await page.locator("summary").click();
+            await openLook(page);
             await page.locator("#opacity").fill("1");
             await settled(page);
             const full = await pixels(page);
@@ -67,7 +68,7 @@ describe("layers", () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
         const alone = await pixels(page);
-        await page.locator("summary").click();
+        await openLook(page);
         await page.getByRole("button", { name: "Keep this isovalue" }).click();
         const value = page.locator("#also input[type=text]");
         await value.fill("30%");
@@ -83,7 +84,7 @@ describe("layers", () => {
         await page.waitForFunction(() => location.hash.includes("also="));
         await reopen(page);
         assert.equal((await state(page)).extras.length, 1);
-        await page.locator("summary").click();
+        await openLook(page);
         await page.locator("#also button").click();
         await settled(page);
         assert.deepEqual((await state(page)).extras, []);

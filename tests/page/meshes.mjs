@@ -102,6 +102,29 @@ export function assertClosedManifold({ positions, triangles }) {
     assert.equal(seen.size, n, "every vertex is used");
 }
 
+/** The mesh of the corners of triangles, nine numbers each: equal positions are one vertex, as programs read STL. */
+export function welded(corners) {
+    const numbers = new Map();
+    const positions = [];
+    const triangles = [];
+    for (let at = 0; at < corners.length; at += 3) {
+        const point = corners.slice(at, at + 3);
+        const key = point.map((x) => x + 0).join();
+        if (!numbers.has(key)) {
+            numbers.set(key, numbers.size);
+            positions.push(...point);
+        }
+        triangles.push(numbers.get(key));
+    }
+    return { positions, triangles };
+}
+
+/** Twice the area of the triangle of nine numbers. */
+export function areaOf(p) {
+    const [u, v] = [3, 6].map((at) => [0, 1, 2].map((i) => p[at + i] - p[i]));
+    return Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+}
+
 /** The number of connected components of a mesh. */
 export function countComponents(triangles) {
     const parent = new Map(triangles.map((v) => [v, v]));

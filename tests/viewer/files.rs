@@ -73,6 +73,12 @@ fn a_volume_is_computed_and_shown() {
     window.type_isovalue("p50");
     let median = window.wait_for_isovalue(|c| !(0.05..0.06).contains(&c));
     assert!((-0.5..0.5).contains(&median), "{median}");
+    // Its spectrum is saved, and is that of the program.
+    window.save_mesh("saved.isp");
+    let output = folder.run(&["info", "saved.isp", "--json"]);
+    let facts: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(facts["volume"]["dims"], serde_json::json!([12, 12, 12]));
+    assert!(facts["n_triangles"].as_u64() > Some(100));
 }
 
 #[test]

@@ -53,12 +53,12 @@ fn wheel_and_keys_step_through_isovalues() {
     let near = |wanted: f64| move |c: f64| (c - wanted).abs() < 1e-6;
     window.point(400, 250);
     // The range is -0.77 to 0.88: steps are 0.01, fine ones a tenth of that.
-    window.input("key Right");
+    window.input("key period");
     window.wait_for_isovalue(near(0.51));
-    window.input("key Left");
-    window.input("key Left");
+    window.input("key comma");
+    window.input("key comma");
     window.wait_for_isovalue(near(0.49));
-    window.input("key shift+Right");
+    window.input("key shift+period");
     window.wait_for_isovalue(near(0.491));
     // Where a pointer has no scroll axes, winit reports a notch at the press and at the release.
     window.input("click 4");

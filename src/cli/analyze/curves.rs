@@ -24,7 +24,7 @@ pub(super) struct Curve {
     pub(super) enclosed_volume: f64,
 }
 
-/// Samples the curves at `n` isovalues, in the middle of equal parts of the range.
+/// Samples the curves at `n` isovalues, at least two, evenly from one end of the range to the other.
 ///
 /// Components and Euler characteristic are exact; area and volume are those of the mesh that is
 /// extracted from the volume at the isovalue.
@@ -42,7 +42,7 @@ pub(super) fn sample(
             return Err(Error::Interrupted);
         }
         progress.report(i as f64 / n as f64, "curves");
-        let share = (i as f64 + 0.5) / n as f64;
+        let share = i as f64 / (n - 1) as f64;
         let isovalue = (low * (1.0 - share) + high * share).clamp(low, high);
         let mesh = extract(field, isovalue);
         let place = |v: u32| placement.around_origin(mesh.positions[v as usize]);
