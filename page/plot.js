@@ -13,7 +13,7 @@ const CHANGES = { components: [1, -1, 0, 1, 0, -1], euler: [2, -2, -2, 2, 2, -2]
 const CURVES = ["area", "volume", "components", "euler"];
 /** A click at most this far from a tick, CSS pixels, goes to its event. */
 const SNAP_DISTANCE = 5;
-/** If more isovalues have events, those of the longest lifetimes are marked. */
+/** If more isovalues have events, those of the largest persistence are marked. */
 const MAX_MARKS = 60;
 /** A count with a wider range has a logarithmic scale. */
 const MAX_LINEAR = 24;
@@ -65,10 +65,10 @@ class Plot {
     /** The isovalues that are marked, and the events of which more than the kind is known. */
     findMarks() {
         const { events, named } = this.curves;
-        this.named = named.map(([i, lifetime, place]) => ({ isovalue: events[i][0], kind: events[i][1], lifetime, place }));
+        this.named = named.map(([i, persistence, place]) => ({ isovalue: events[i][0], kind: events[i][1], persistence, place }));
         const isovalues = this.ticks.map(([c]) => c);
-        const longest = [...this.named].sort((a, b) => b.lifetime - a.lifetime).slice(0, MAX_MARKS);
-        const marked = new Set(longest.map(({ isovalue }) => isovalue));
+        const largest = [...this.named].sort((a, b) => b.persistence - a.persistence).slice(0, MAX_MARKS);
+        const marked = new Set(largest.map(({ isovalue }) => isovalue));
         this.marks = isovalues.length > MAX_MARKS ? isovalues.filter((c) => marked.has(c)) : isovalues;
     }
 
@@ -89,7 +89,7 @@ class Plot {
     eventText(isovalue) {
         const kinds = this.ticks.find(([c]) => c === isovalue)?.[1];
         if (!kinds) return null;
-        const named = this.named.filter((event) => event.isovalue === isovalue).sort((a, b) => b.lifetime - a.lifetime);
+        const named = this.named.filter((event) => event.isovalue === isovalue).sort((a, b) => b.persistence - a.persistence);
         const place = named[0] ? ` at ${this.viewer.placeText(named[0].place)}` : "";
         const more = kinds.length > 1 ? `, ${shownNumber(kinds.length - 1)} more` : "";
         return `${shortIsovalue(isovalue)}: ${this.curves.words[named[0]?.kind ?? kinds[0]]}${place}${more}`;

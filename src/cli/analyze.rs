@@ -16,7 +16,7 @@ use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::file::final_path;
 use isospectrum::settings::IsovalueRange;
-use isospectrum::spectrum::{Event, EventKind, VolumeInfo, event_lifetimes, longest};
+use isospectrum::spectrum::{Event, EventKind, VolumeInfo, event_persistence, most_persistent};
 use isospectrum::unstable::suggestions::candidates;
 use isospectrum::unstable::topology::critical::GridElement;
 use isospectrum::unstable::topology::dust::Dust;
@@ -319,20 +319,20 @@ pub(super) fn events_line(n_events: usize, n_isovalues: usize) -> String {
 /// The most events that reports describe.
 const MAX_DESCRIBED: usize = 10;
 
-/// Describes the events of the longest lifetimes for people, one per line with its place in the world; empty without events.
+/// Describes the events of the largest persistence for people, one per line with its place in the world; empty without events.
 pub(super) fn event_lines(events: &[Event], volume: &VolumeInfo, range: (f64, f64)) -> String {
     let mut text = String::new();
-    let lifetimes = event_lifetimes(events, volume, range);
-    for i in longest(&lifetimes, MAX_DESCRIBED) {
+    let persistence = event_persistence(events, volume, range);
+    for i in most_persistent(&persistence, MAX_DESCRIBED) {
         let event = &events[i];
         if text.is_empty() {
-            text += "\nevents of the longest lifetimes, estimated, in shares of the range\n";
+            text += "\nevents of the largest persistence, estimated, in shares of the range\n";
         }
         let [x, y, z] =
             volume.placement.world_of_voxel(event.position.map(|x| x as f32)).map(place);
         let change = event.kind.in_words(volume.outside);
         let isovalue = number(event.isovalue);
-        let share = report::percent(lifetimes[i]);
+        let share = report::percent(persistence[i]);
         text += &format!("{isovalue:>10}  {change} at {x}, {y}, {z} ({share})\n");
     }
     text

@@ -4,13 +4,13 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::export::place_in_world;
-use crate::spectrum::{EventKind, Measures, Mesh, Query, Spectrum, event_lifetimes, longest};
+use crate::spectrum::{EventKind, Measures, Mesh, Query, Spectrum, event_persistence, most_persistent};
 use crate::volume::{Histogram, Statistics, between};
 
 /// The number of isovalues of the curves, evenly spaced.
 const N_ISOVALUES: usize = 257;
 
-/// The most events of which the page knows more than isovalue and kind: those of the longest lifetimes.
+/// The most events of which the page knows more than isovalue and kind: those of the largest persistence.
 const MAX_NAMED: usize = 200;
 
 /// The extent of the surfaces is that of every eighth of the isovalues.
@@ -40,7 +40,7 @@ pub(super) struct Curves {
     volume: Vec<f32>,
     /// The isovalue and the kind ([`code`]) of each event.
     events: Vec<(f64, u8)>,
-    /// The events of the longest lifetimes, ascending: number in `events`, lifetime as a share of the range, position in the voxel
+    /// The events of the largest persistence, ascending: number in `events`, persistence as a share of the range, position in the voxel
     /// frame.
     named: Vec<(usize, f32, [f32; 3])>,
     /// The changes at events in words, by code.
@@ -54,10 +54,10 @@ impl Curves {
     /// Measures the isosurfaces of a spectrum.
     pub(super) fn of(spectrum: &Spectrum) -> Result<Curves> {
         let range = spectrum.range();
-        let lifetimes = event_lifetimes(spectrum.events(), spectrum.volume(), range);
-        let named = longest(&lifetimes, MAX_NAMED)
+        let persistence = event_persistence(spectrum.events(), spectrum.volume(), range);
+        let named = most_persistent(&persistence, MAX_NAMED)
             .into_iter()
-            .map(|i| (i, lifetimes[i] as f32, spectrum.events()[i].position.map(|x| x as f32)));
+            .map(|i| (i, persistence[i] as f32, spectrum.events()[i].position.map(|x| x as f32)));
         let outside = spectrum.volume().outside;
         let mut extent = Extent::default();
         let mut curves = Curves {

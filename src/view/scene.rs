@@ -21,7 +21,7 @@ use crate::export::place_in_world;
 use crate::file::SpectrumFile;
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, Surface, View, WINDOW_FORMAT};
-use crate::spectrum::{Measures, Spectrum, event_lifetimes};
+use crate::spectrum::{Measures, Spectrum, event_persistence};
 use crate::volume::{Histogram, Statistics, Volume};
 
 /// A spectrum and how it is shown.
@@ -41,8 +41,8 @@ pub(super) struct Scene {
     pub(super) curves: Curves,
     /// Isovalues of events, increasing, without duplicates.
     pub(super) events: Vec<f64>,
-    /// The lifetime of each event of the spectrum.
-    lifetimes: Vec<f64>,
+    /// The persistence of each event of the spectrum.
+    persistence: Vec<f64>,
     pub(super) isovalue: f64,
     /// The last measures and their isovalue.
     measures: Option<(f64, Measures)>,
@@ -100,7 +100,7 @@ impl Scene {
                 Curves::start(MeshSource::of(&spectrum), window)
             },
             events,
-            lifetimes: event_lifetimes(spectrum.events(), spectrum.volume(), spectrum.range()),
+            persistence: event_persistence(spectrum.events(), spectrum.volume(), spectrum.range()),
             is_unsaved: is_computed,
             isovalue,
             measures: None,
@@ -260,11 +260,11 @@ impl Scene {
         self.measures.map(|(_, measures)| measures)
     }
 
-    /// The change of the longest lifetime at an isovalue with its place in the world, and the number of others; none without an event.
+    /// The change of the largest persistence at an isovalue with its place in the world, and the number of others; none without an event.
     pub(super) fn event_in_words(&self, isovalue: f64) -> Option<String> {
         let (events, volume) = (self.spectrum.events(), self.spectrum.volume());
         let here = || (0..events.len()).filter(|&i| events[i].isovalue == isovalue);
-        let first = here().max_by(|&i, &j| self.lifetimes[i].total_cmp(&self.lifetimes[j]))?;
+        let first = here().max_by(|&i, &j| self.persistence[i].total_cmp(&self.persistence[j]))?;
         let place = volume.placement.world_of_voxel(events[first].position.map(|x| x as f32));
         let [x, y, z] = place.map(format_short);
         let change = events[first].kind.in_words(volume.outside);

@@ -1,11 +1,11 @@
-//! Which events matter: how long what an event makes lasts over the isovalue.
+//! Which events matter: their persistence, estimated.
 //!
 //! # Theory
 //!
 //! An event that makes a component or a handle has a partner that ends it: emerge and merge, handle open and handle close, split and
 //! vanish (the pairs of persistent homology; Edelsbrunner, Letscher, Zomorodian 2002). A spectrum does not store the pairs, which need
 //! the samples. Here an event is paired with the nearest one of the other kind at a higher isovalue, near in isovalue and place,
-//! nearest pairs first. Noise makes such pairs next to each other, so they are found; for pairs far apart the lifetime is an estimate.
+//! nearest pairs first. Noise makes such pairs next to each other, so they are found; for pairs far apart the persistence is an estimate.
 
 use crate::topology::{Event, EventKind};
 use crate::volume::VolumeInfo;
@@ -13,9 +13,9 @@ use crate::volume::VolumeInfo;
 /// An event is compared with at most so many events at higher isovalues, so that the time is proportional to their number.
 const MAX_CANDIDATES: usize = 64;
 
-/// For each event of a volume in ascending order, the isovalues between it and its partner, as a share of the range; an event without a
-/// partner lasts to the end of the range: the upper end if it makes something, else the lower end.
-pub fn event_lifetimes(events: &[Event], volume: &VolumeInfo, (low, high): (f64, f64)) -> Vec<f64> {
+/// The persistence of each event of a volume, in ascending order of isovalues: the isovalues between it and its partner, as a share of the range. Without a
+/// partner they reach to the end of the range: the upper end if the event makes something, else the lower end.
+pub fn event_persistence(events: &[Event], volume: &VolumeInfo, (low, high): (f64, f64)) -> Vec<f64> {
     let range = high - low;
     let diagonal = volume.dims.map(|n| (n as f64).powi(2)).iter().sum::<f64>().sqrt();
     let share = |from: f64, to: f64| if range > 0.0 { (to - from) / range } else { 0.0 };
@@ -31,24 +31,24 @@ pub fn event_lifetimes(events: &[Event], volume: &VolumeInfo, (low, high): (f64,
         }
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let mut lifetimes: Vec<Option<f64>> = vec![None; events.len()];
+    let mut persistence: Vec<Option<f64>> = vec![None; events.len()];
     for (_, i, j) in pairs {
-        if lifetimes[i].is_none() && lifetimes[j].is_none() {
-            let lifetime = share(events[i].isovalue, events[j].isovalue);
-            (lifetimes[i], lifetimes[j]) = (Some(lifetime), Some(lifetime));
+        if persistence[i].is_none() && persistence[j].is_none() {
+            let of_both = share(events[i].isovalue, events[j].isovalue);
+            (persistence[i], persistence[j]) = (Some(of_both), Some(of_both));
         }
     }
     let alone = |event: &Event| match partner(event.kind) {
         Some(_) => share(event.isovalue, high),
         None => share(low, event.isovalue),
     };
-    lifetimes.iter().zip(events).map(|(life, event)| life.unwrap_or_else(|| alone(event))).collect()
+    persistence.iter().zip(events).map(|(pair, event)| pair.unwrap_or_else(|| alone(event))).collect()
 }
 
-/// The numbers of the `n` events of the longest lifetimes, ascending.
-pub fn longest(lifetimes: &[f64], n: usize) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..lifetimes.len()).collect();
-    order.sort_by(|&i, &j| lifetimes[j].total_cmp(&lifetimes[i]).then(i.cmp(&j)));
+/// The numbers of the `n` events of the largest persistence, ascending.
+pub fn most_persistent(persistence: &[f64], n: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..persistence.len()).collect();
+    order.sort_by(|&i, &j| persistence[j].total_cmp(&persistence[i]).then(i.cmp(&j)));
     order.truncate(n);
     order.sort_unstable();
     order
@@ -84,11 +84,11 @@ mod tests {
             event(70.0, 3.0, EventKind::Merge),
             event(80.0, 9.0, EventKind::HandleOpen),
         ];
-        let lifetimes = event_lifetimes(&events, &volume, (0.0, 100.0));
+        let persistence = event_persistence(&events, &volume, (0.0, 100.0));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
         let expected = [0.6, 0.01, 0.01, 0.6, 0.6, 0.2];
-        assert!(lifetimes.iter().zip(expected).all(|(&a, b)| close(a, b)), "{lifetimes:?}");
-        assert_eq!(longest(&lifetimes, 3), [0, 3, 4]);
-        assert_eq!(longest(&lifetimes, 9).len(), 6);
+        assert!(persistence.iter().zip(expected).all(|(&a, b)| close(a, b)), "{persistence:?}");
+        assert_eq!(most_persistent(&persistence, 3), [0, 3, 4]);
+        assert_eq!(most_persistent(&persistence, 9).len(), 6);
     }
 }
