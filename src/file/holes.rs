@@ -17,9 +17,6 @@
 //! half-edges of living triangles live. Gates form a stack; a gate that is closed by gluing is only marked and is removed
 //! when it is on top. Open gates form loops. No search takes more than [`MAX_SEARCH`] steps, so no file can make a
 //! reader slow.
-//!
-//! A triangle is in a *slot*, which is free for another one once the gates around the dead triangle are open: the living triangles stay
-//! together in memory. Half-edge i of the triangle in slot s is 4 s + i.
 
 /// Most gates that are searched at one vertex, and most steps along a loop that a code counts.
 const MAX_SEARCH: usize = 64;
@@ -35,7 +32,7 @@ const DEAD: u32 = u32::MAX;
 const NEVER: u32 = u32::MAX - 1;
 
 /// Most triangles whose half-edges can be numbered.
-pub(super) const MAX_TRIANGLES: usize = (IS_GATE / 4) as usize;
+pub(super) const MAX_TRIANGLES: usize = (IS_GATE / 3) as usize;
 
 /// The first code of a third vertex in the loop of the gate. Codes alternate between the start of the previous gate and the end of the next
 /// one, then one gate further each, and so on.
@@ -44,24 +41,14 @@ pub(super) const FIRST_LOOP_CODE: u64 = 5;
 /// A third vertex can be coded by a gate less deep in the stack than this.
 const MAX_DEPTH: u64 = 256;
 
-/// The slot of the triangle of a half-edge.
-fn slot_of(h: u32) -> u32 {
-    h / 4
-}
-
-/// The half-edges of the triangle in a slot.
-fn half_edges(slot: u32) -> std::ops::Range<u32> {
-    4 * slot..4 * slot + 3
-}
-
 /// The next half-edge in the triangle.
 fn next(h: u32) -> u32 {
-    if h % 4 == 2 { h - 2 } else { h + 1 }
+    if h % 3 == 2 { h - 2 } else { h + 1 }
 }
 
 /// The previous half-edge in the triangle.
 fn previous(h: u32) -> u32 {
-    if h.is_multiple_of(4) { h + 2 } else { h - 1 }
+    if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
 /// A directed edge at which a triangle is missing.
@@ -82,7 +69,7 @@ pub(super) struct Gate {
 /// A triangle that has a flag that says whether it dies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    pub(super) slot: u32,
+    pub(super) triangle: u32,
     pub(super) reason: Reason,
 }
 
@@ -102,7 +89,7 @@ pub(super) enum Reason {
 pub(super) struct KnownDeaths<'a> {
     /// Vertices that end.
     pub(super) ended: &'a [u32],
-    /// Slots of triangles that die.
+    /// Triangles that die.
     pub(super) dying: &'a [u32],
     /// The vertices of triangles that are born.
     pub(super) born: &'a [[u32; 3]],
@@ -111,7 +98,6 @@ pub(super) struct KnownDeaths<'a> {
 /// The triangles that die at a rank, in the order in which they are found.
 struct Deaths {
     rank: u32,
-    /// Their slots.
     dying: Vec<u32>,
     /// The number of them that die because a vertex ends; these come first.
     n_at_ends: usize,
@@ -119,86 +105,53 @@ struct Deaths {
     n_visited: usize,
 }
 
-/// A living triangle, or one that has just died.
-#[derive(Clone, Copy, Debug)]
-struct Slot {
-    /// Half-edge i starts at vertex i.
-    vertices: [u32; 3],
-    /// By half-edge.
-    twins: [u32; 3],
-    /// The last rank at which it had a flag.
-    flag_rank: u32,
-    /// The caller's number of the triangle.
-    number: u32,
-}
-
-/// What starts at a vertex.
-#[derive(Clone, Copy, Debug)]
-struct Start {
-    /// The newest gate.
-    gate: u32,
-    /// A half-edge of a living triangle.
-    outgoing: u32,
-}
-
-/// The living triangles, and the open gates.
+/// All triangles so far, and the open gates.
 #[derive(Clone, Debug)]
 pub(super) struct Holes {
     gates: Vec<Gate>,
-    slots: Vec<Slot>,
-    /// Slots for new triangles, the last one first.
-    free: Vec<u32>,
-    /// By vertex.
-    starts: Vec<Start>,
+    /// The newest gate that starts at each vertex.
+    newest_gate: Vec<u32>,
+    /// By triangle, its vertices; half-edge 3 t + i starts at vertex i of triangle t.
+    vertices: Vec<[u32; 3]>,
+    /// By half-edge.
+    twins: Vec<u32>,
+    /// By vertex, a half-edge of a living triangle that starts there.
+    outgoing: Vec<u32>,
+    /// By triangle, the last rank at which it had a flag.
+    flag_rank: Vec<u32>,
 }
 
 impl Holes {
     /// No gates, no triangles. Vertices count up to `n_vertices`.
     pub(super) fn new(n_vertices: usize) -> Self {
-        let none = Start { gate: NONE, outgoing: NONE };
         Holes {
             gates: Vec::new(),
-            slots: Vec::new(),
-            free: Vec::new(),
-            starts: vec![none; n_vertices],
+            newest_gate: vec![NONE; n_vertices],
+            vertices: Vec::new(),
+            twins: Vec::new(),
+            outgoing: vec![NONE; n_vertices],
+            flag_rank: Vec::new(),
         }
     }
 
-    pub(super) fn vertices(&self, slot: u32) -> [u32; 3] {
-        self.slots[slot as usize].vertices
+    /// The vertices of all triangles.
+    pub(super) fn into_vertices(self) -> Vec<[u32; 3]> {
+        self.vertices
     }
 
-    /// The number of the triangle in a slot, or of the one that has died there.
-    pub(super) fn number(&self, slot: u32) -> u32 {
-        self.slots[slot as usize].number
-    }
-
-    fn twin(&self, h: u32) -> u32 {
-        self.slots[slot_of(h) as usize].twins[(h % 4) as usize]
-    }
-
-    fn twin_mut(&mut self, h: u32) -> &mut u32 {
-        &mut self.slots[slot_of(h) as usize].twins[(h % 4) as usize]
-    }
-
-    /// The vertex at which a half-edge starts.
-    fn start(&self, h: u32) -> u32 {
-        self.slots[slot_of(h) as usize].vertices[(h % 4) as usize]
-    }
-
-    fn outgoing(&mut self, v: u32) -> &mut u32 {
-        &mut self.starts[v as usize].outgoing
+    pub(super) fn vertices(&self, triangle: u32) -> [u32; 3] {
+        self.vertices[triangle as usize]
     }
 
     /// Finds the triangles that die at a rank: those around vertices that end, and others that are known; those replaced by triangles
-    /// that are born, if `dies` returns true; then the triangles of `explicit`, given by slot and number, whose death is stored; and before and after
-    /// each of these, neighbours of dying triangles for which `dies` returns true. Returns the slots of all of them in this order, and the
-    /// numbers of the triangles of `explicit` that were not found otherwise.
+    /// that are born, if `dies` returns true; then the triangles of `explicit`, whose death is stored; and before and after
+    /// each of these, neighbours of dying triangles for which `dies` returns true. Returns all of them in this order, and the
+    /// triangles of `explicit` that were not found otherwise.
     pub(super) fn dying<E>(
         &mut self,
         rank: u32,
         known: KnownDeaths,
-        explicit: impl Iterator<Item = (u32, u32)>,
+        explicit: impl Iterator<Item = u32>,
         mut dies: impl FnMut(&Holes, Candidate) -> Result<bool, E>,
     ) -> Result<[Vec<u32>; 2], E> {
         let (mut dying, mut needed) = (Vec::new(), Vec::new());
@@ -212,29 +165,31 @@ impl Holes {
         let mut deaths = Deaths { rank, n_at_ends, dying, n_visited: 0 };
         // One half-edge of each: looking at all three takes more time than it saves bytes.
         for &[from, to, _] in known.born {
-            if let Some(slot) = self.at_edge(from, to) {
-                self.ask(Candidate { slot, reason: Reason::Replaced }, &mut deaths, &mut dies)?;
+            if let Some(triangle) = self.at_edge(from, to) {
+                self.ask(Candidate { triangle, reason: Reason::Replaced }, &mut deaths, &mut dies)?;
             }
         }
         self.visit_neighbours(&mut deaths, &mut dies)?;
-        for (slot, number) in explicit {
-            // In a damaged file the triangle may have died before, and another one may be in its slot.
-            if self.number(slot) == number && self.kill(slot, &mut deaths.dying) {
-                needed.push(number);
+        for t in explicit {
+            if self.kill(t, &mut deaths.dying) {
+                needed.push(t);
                 self.visit_neighbours(&mut deaths, &mut dies)?;
             }
         }
         Ok([deaths.dying, needed])
     }
 
-    /// The slot of the living triangle with a half-edge, if it is found near the outgoing half-edge of its start.
+    /// The living triangle with a half-edge, if it is found near the outgoing half-edge of its start.
     fn at_edge(&self, from: u32, to: u32) -> Option<u32> {
-        let first = self.starts[from as usize].outgoing;
+        let first = self.outgoing[from as usize];
+        let end = |h: u32| self.vertices[(next(h) / 3) as usize][next(h) as usize % 3];
         let some = |h: u32| (h != NONE).then_some(h);
-        let one_way = std::iter::successors(some(first), |&h| some(self.twin(previous(h))));
-        let other_way = std::iter::successors(some(first), |&h| some(self.twin(h)).map(next));
+        let one_way =
+            std::iter::successors(some(first), |&h| some(self.twins[previous(h) as usize]));
+        let other_way =
+            std::iter::successors(some(first), |&h| some(self.twins[h as usize]).map(next));
         let mut around = one_way.take(MAX_SEARCH).chain(other_way.take(MAX_SEARCH));
-        around.find(|&h| self.start(next(h)) == to).map(slot_of)
+        around.find(|&h| end(h) == to).map(|h| h / 3)
     }
 
     /// Evaluates the flag of a triangle, unless it is dead or had one at this rank.
@@ -244,37 +199,36 @@ impl Holes {
         deaths: &mut Deaths,
         dies: &mut impl FnMut(&Holes, Candidate) -> Result<bool, E>,
     ) -> Result<(), E> {
-        let flag_rank = &mut self.slots[candidate.slot as usize].flag_rank;
+        let flag_rank = &mut self.flag_rank[candidate.triangle as usize];
         if [DEAD, deaths.rank].contains(flag_rank) {
             return Ok(());
         }
         *flag_rank = deaths.rank;
         if dies(self, candidate)? {
-            self.kill(candidate.slot, &mut deaths.dying);
+            self.kill(candidate.triangle, &mut deaths.dying);
         }
         Ok(())
     }
 
     /// Marks a triangle as dead; returns whether it was alive.
-    fn kill(&mut self, slot: u32, dying: &mut Vec<u32>) -> bool {
-        let flag_rank = &mut self.slots[slot as usize].flag_rank;
-        let was_alive = std::mem::replace(flag_rank, DEAD) != DEAD;
+    fn kill(&mut self, t: u32, dying: &mut Vec<u32>) -> bool {
+        let was_alive = std::mem::replace(&mut self.flag_rank[t as usize], DEAD) != DEAD;
         if was_alive {
-            dying.push(slot);
+            dying.push(t);
         }
         was_alive
     }
 
     /// Kills the triangles around a vertex.
     fn kill_around(&mut self, v: u32, dying: &mut Vec<u32>) {
-        let first = self.starts[v as usize].outgoing;
+        let first = self.outgoing[v as usize];
         if first == NONE {
             return;
         }
         let mut h = first;
         loop {
-            self.kill(slot_of(h), dying);
-            h = self.twin(previous(h));
+            self.kill(h / 3, dying);
+            h = self.twins[previous(h) as usize];
             if h == first {
                 return;
             }
@@ -283,10 +237,10 @@ impl Holes {
             }
         }
         // At a boundary: in the other direction from the first half-edge.
-        h = self.twin(first);
+        h = self.twins[first as usize];
         while h != NONE {
-            self.kill(slot_of(h), dying);
-            h = self.twin(next(h));
+            self.kill(h / 3, dying);
+            h = self.twins[next(h) as usize];
         }
     }
 
@@ -300,9 +254,10 @@ impl Holes {
             let is_at_end = deaths.n_visited < deaths.n_at_ends;
             let reason = if is_at_end { Reason::NearEnd } else { Reason::NearOther };
             deaths.n_visited += 1;
-            for twin in self.slots[dead as usize].twins {
+            for h in 3 * dead..3 * dead + 3 {
+                let twin = self.twins[h as usize];
                 if twin != NONE {
-                    self.ask(Candidate { slot: slot_of(twin), reason }, deaths, dies)?;
+                    self.ask(Candidate { triangle: twin / 3, reason }, deaths, dies)?;
                 }
             }
         }
@@ -312,48 +267,46 @@ impl Holes {
     /// Removes all gates.
     pub(super) fn clear_gates(&mut self) {
         for gate in self.gates.drain(..) {
-            self.starts[gate.from as usize].gate = NONE;
+            self.newest_gate[gate.from as usize] = NONE;
         }
     }
 
-    /// Removes all gates, and opens gates around the dying triangles, whose slots are free then.
+    /// Removes all gates, and opens gates around the dying triangles.
     pub(super) fn open_gates(&mut self, dying: &[u32]) {
         self.clear_gates();
+        let is_dead = |flag_rank: &[u32], h: u32| flag_rank[(h / 3) as usize] == DEAD;
         let mut border = Vec::new();
-        for h in dying.iter().flat_map(|&slot| half_edges(slot)) {
-            let [from, to] = [h, next(h)].map(|h| self.start(h));
-            let outgoing = self.outgoing(from);
-            if *outgoing == h {
-                *outgoing = NONE;
+        for h in dying.iter().flat_map(|t| 3 * t..3 * t + 3) {
+            let [from, to] = [h, next(h)].map(|h| self.vertices[(h / 3) as usize][h as usize % 3]);
+            if self.outgoing[from as usize] == h {
+                self.outgoing[from as usize] = NONE;
             }
-            let twin = self.twin(h);
+            let twin = self.twins[h as usize];
+            if twin != NONE && is_dead(&self.flag_rank, twin) {
+                continue;
+            }
             if twin != NONE {
-                let neighbour = &mut self.slots[slot_of(twin) as usize];
-                if neighbour.flag_rank == DEAD {
-                    continue;
-                }
-                neighbour.twins[(twin % 4) as usize] = NONE;
-                *self.outgoing(to) = twin;
-                *self.outgoing(from) = next(twin);
+                self.twins[twin as usize] = NONE;
+                self.outgoing[to as usize] = twin;
+                self.outgoing[from as usize] = next(twin);
             }
             border.push(h);
-            *self.twin_mut(h) = IS_GATE | self.push([from, to], twin);
+            self.twins[h as usize] = IS_GATE | self.push([from, to], twin);
         }
         for (gate, &h) in (0u32..).zip(&border) {
-            let mut twin = self.twin(next(h));
-            while twin & IS_GATE == 0 {
-                twin = self.twin(next(twin));
+            let mut h = next(h);
+            while self.twins[h as usize] & IS_GATE == 0 {
+                h = next(self.twins[h as usize]);
             }
-            self.link(gate, twin & !IS_GATE);
+            self.link(gate, self.twins[h as usize] & !IS_GATE);
         }
-        self.free.extend(dying);
     }
 
     /// Pops the newest open gate.
     pub(super) fn pop(&mut self) -> Option<Gate> {
         loop {
             let gate = self.gates.pop()?;
-            self.starts[gate.from as usize].gate = gate.older;
+            self.newest_gate[gate.from as usize] = gate.older;
             if gate.is_open {
                 return Some(gate);
             }
@@ -400,7 +353,7 @@ impl Holes {
 
     /// The depth in the stack of the newest gate that starts at a vertex.
     pub(super) fn depth_of(&self, v: u32) -> Option<u64> {
-        let gate = Some(self.starts[v as usize].gate).filter(|&g| g != NONE)?;
+        let gate = Some(self.newest_gate[v as usize]).filter(|&g| g != NONE)?;
         let depth = self.gates.len() as u64 - 1 - u64::from(gate);
         (depth < MAX_DEPTH).then_some(depth)
     }
@@ -411,11 +364,11 @@ impl Holes {
         Some(self.gates[gate as usize].from)
     }
 
-    /// Adds the triangle of a popped gate and a third vertex. Returns its slot.
-    pub(super) fn fill(&mut self, gate: Gate, third: u32, number: u32) -> u32 {
+    /// Adds the triangle of a popped gate and a third vertex.
+    pub(super) fn fill(&mut self, gate: Gate, third: u32) {
         let Gate { from, to, previous, next, behind, .. } = gate;
         let popped = self.gates.len() as u32;
-        let h = self.add([from, to, third], number);
+        let h = self.add([from, to, third]);
         self.set_twins(h, behind);
         let second = self.push([third, to], h + 1);
         let first = self.push([from, third], h + 2);
@@ -424,37 +377,33 @@ impl Holes {
         self.link(second, if next == popped { first } else { next });
         self.glue_if_possible(second);
         self.glue_if_possible(first);
-        slot_of(h)
     }
 
-    /// Adds a triangle without a gate. Returns its slot.
-    pub(super) fn add_seed(&mut self, vertices: [u32; 3], number: u32) -> u32 {
-        let h = self.add(vertices, number);
+    /// Adds a triangle without a gate.
+    pub(super) fn add_seed(&mut self, vertices: [u32; 3]) {
+        let h = self.add(vertices);
         let [a, b, c] = vertices;
         let gates = [([b, a], h), ([a, c], h + 2), ([c, b], h + 1)].map(|(g, h)| self.push(g, h));
         (0..3).for_each(|i| self.link(gates[i], gates[(i + 1) % 3]));
         gates.into_iter().for_each(|g| self.glue_if_possible(g));
-        slot_of(h)
     }
 
     /// Adds a triangle without twins. Returns its first half-edge.
-    fn add(&mut self, vertices: [u32; 3], number: u32) -> u32 {
-        let new = Slot { vertices, twins: [NONE; 3], flag_rank: NEVER, number };
-        let slot = self.free.pop().unwrap_or(self.slots.len() as u32);
-        match self.slots.get_mut(slot as usize) {
-            Some(free) => *free = new,
-            None => self.slots.push(new),
+    fn add(&mut self, vertices: [u32; 3]) -> u32 {
+        let h = self.twins.len() as u32;
+        self.vertices.push(vertices);
+        self.twins.extend([NONE; 3]);
+        self.flag_rank.push(NEVER);
+        for (v, h) in vertices.into_iter().zip(h..) {
+            self.outgoing[v as usize] = h;
         }
-        for (v, h) in vertices.into_iter().zip(half_edges(slot)) {
-            *self.outgoing(v) = h;
-        }
-        half_edges(slot).start
+        h
     }
 
     fn set_twins(&mut self, a: u32, b: u32) {
         for (h, twin) in [(a, b), (b, a)] {
             if h != NONE {
-                *self.twin_mut(h) = twin;
+                self.twins[h as usize] = twin;
             }
         }
     }
@@ -468,7 +417,7 @@ impl Holes {
     /// Pushes an open gate in a loop of its own.
     fn push(&mut self, [from, to]: [u32; 2], behind: u32) -> u32 {
         let index = self.gates.len() as u32;
-        let older = std::mem::replace(&mut self.starts[from as usize].gate, index);
+        let older = std::mem::replace(&mut self.newest_gate[from as usize], index);
         let (previous, next) = (index, index);
         self.gates.push(Gate { from, to, is_open: true, older, previous, next, behind });
         index
@@ -485,7 +434,7 @@ impl Holes {
             i != gate && other.is_open && (other.from, other.to) == (to, from)
         };
         let some = |i: u32| (i != NONE).then_some(i);
-        let at_end = std::iter::successors(some(self.starts[to as usize].gate), |&i| {
+        let at_end = std::iter::successors(some(self.newest_gate[to as usize]), |&i| {
             some(self.gates[i as usize].older)
         });
         let mut others = [previous, next].into_iter().chain(at_end.take(MAX_SEARCH));
@@ -524,9 +473,7 @@ mod tests {
         let mut holes = Holes::new(n_vertices);
         for (hub, around) in fans {
             let next = around.iter().cycle().skip(1);
-            for (&a, &b) in around.iter().zip(next) {
-                holes.add_seed([*hub, a, b], holes.slots.len() as u32);
-            }
+            around.iter().zip(next).for_each(|(&a, &b)| holes.add_seed([*hub, a, b]));
         }
         holes
     }
@@ -564,31 +511,25 @@ mod tests {
         let [found, _] =
             holes.dying(1, ended(&[5]), std::iter::empty(), never).expect("no candidate");
         holes.open_gates(&found);
-        let fill = |number: u32| {
+        for _ in 0..3 {
             let gate = holes.pop().expect("a gate");
             let third = holes.third(&gate, FIRST_LOOP_CODE + 1).expect("the gate after");
-            holes.fill(gate, third, number)
-        };
-        // In the slots of the dead ones.
-        let slots = [5, 6, 7].map(fill);
-        assert!(slots.iter().all(|&slot| slot < 5), "{slots:?}");
+            holes.fill(gate, third);
+        }
         assert!(holes.pop().is_none());
         // The first of the three has an explicit death; its two neighbours are candidates, one after the other.
         let mut candidates = Vec::new();
         let dies = |_: &Holes, candidate: Candidate| {
-            candidates.push(candidate.slot);
+            candidates.push(candidate.triangle);
             Ok::<bool, ()>(true)
         };
         let [found, explicit] =
-            holes.dying(2, ended(&[]), std::iter::once((slots[0], 5)), dies).expect("answered");
+            holes.dying(2, ended(&[]), std::iter::once(5), dies).expect("answered");
         assert_eq!((found.len(), explicit.as_slice()), (3, &[5][..]));
         assert_eq!(candidates.len(), 2);
-        // Dead triangles are neither found nor candidates again, not even if another one is in their slot.
-        holes.open_gates(&found);
-        let again = holes.add_seed([0, 1, 2], 8);
-        let dead = slots.into_iter().zip([5, 6, 7]);
-        assert!(slots.contains(&again));
-        let [found, explicit] = holes.dying(3, ended(&[3]), dead, never).expect("no candidate");
+        // Dead triangles are neither found nor candidates again.
+        let [found, explicit] =
+            holes.dying(3, ended(&[0, 1]), [5, 6].into_iter(), never).expect("no candidate");
         assert!(found.is_empty() && explicit.is_empty());
     }
 

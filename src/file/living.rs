@@ -11,7 +11,7 @@ use super::by_rank::ByRank;
 use super::holes::{Candidate, Gate, Holes, KnownDeaths};
 use crate::spectrum::Triangle;
 
-/// Marks the number of a known triangle in [`Holes`].
+/// Marks a known triangle in [`Living::owners`].
 const KNOWN: u32 = 1 << 31;
 
 /// The known triangle is not in the mesh.
@@ -25,11 +25,12 @@ pub(super) struct Living<'a> {
     /// The known triangles born and dying at each rank of the span.
     births: ByRank,
     deaths: ByRank,
-    /// By known triangle, its slot in `holes`.
+    /// By known triangle, its number in `holes`.
     places: Vec<u32>,
-    /// By triangle of the chunk, its slot in `holes`, and its vertices.
+    /// By triangle of `holes`, its number in the chunk, or [`KNOWN`] plus its number among the known ones; and by triangle of the chunk, its number
+    /// in `holes`. Both are empty if there are no known triangles: then these numbers are the same.
+    owners: Vec<u32>,
     own: Vec<u32>,
-    vertices: Vec<[u32; 3]>,
 }
 
 impl<'a> Living<'a> {
@@ -46,8 +47,8 @@ impl<'a> Living<'a> {
             births,
             deaths,
             places: vec![ABSENT; known.len()],
+            owners: Vec::new(),
             own: Vec::new(),
-            vertices: Vec::new(),
         }
     }
 
@@ -80,8 +81,9 @@ impl<'a> Living<'a> {
     }
 
     fn add_known(&mut self, i: u32) {
-        let slot = self.holes.add_seed(self.known[i as usize].vertices, KNOWN | i);
-        self.places[i as usize] = slot;
+        self.places[i as usize] = self.owners.len() as u32;
+        self.owners.push(KNOWN | i);
+        self.holes.add_seed(self.known[i as usize].vertices);
     }
 
     /// Finds the triangles that die at a rank and opens gates around the holes that they leave: known ones, those around the vertices
@@ -94,22 +96,26 @@ impl<'a> Living<'a> {
         explicit: impl Iterator<Item = u32>,
         mut dies: impl FnMut(u32, Candidate, [u32; 3]) -> Result<bool, E>,
     ) -> Result<[Vec<u32>; 2], E> {
-        let Living { holes, known, births, deaths, places, own, .. } = self;
+        let Living { holes, known, births, deaths, places, owners, own } = self;
         let dying = deaths.at(rank).map(|i| places[i as usize]).filter(|&t| t != ABSENT);
         let born = births.at(rank).map(|i| known[i as usize].vertices);
         let (dying, born): (Vec<u32>, Vec<[u32; 3]>) = (dying.collect(), born.collect());
         let known = KnownDeaths { ended, dying: &dying, born: &born };
-        let explicit = explicit.map(|i| (own[i as usize], i));
+        let explicit = explicit.map(|i| number_in(own, i));
+        let owner_of = |t: u32| number_in(owners, t);
         let dies = |holes: &Holes, candidate: Candidate| {
-            let number = holes.number(candidate.slot);
+            let owner = owner_of(candidate.triangle);
             // All known triangles that die at the rank are dead.
-            let is_own = number & KNOWN == 0;
-            Ok(is_own && dies(number, candidate, holes.vertices(candidate.slot))?)
+            let is_own = owner & KNOWN == 0;
+            Ok(is_own && dies(owner, candidate, holes.vertices(candidate.triangle))?)
         };
         let [found, explicit] = holes.dying(rank, known, explicit, dies)?;
         holes.open_gates(&found);
-        let numbers = found.into_iter().map(|slot| holes.number(slot));
-        Ok([numbers.filter(|number| number & KNOWN == 0).collect(), explicit])
+        let owned = |triangles: Vec<u32>| {
+            let owners = triangles.into_iter().map(owner_of);
+            owners.filter(|owner| owner & KNOWN == 0).collect()
+        };
+        Ok([owned(found), owned(explicit)])
     }
 
     /// Pops the newest open gate.
@@ -124,18 +130,39 @@ impl<'a> Living<'a> {
 
     /// Adds the next triangle of the chunk, of a popped gate and a third vertex.
     pub(super) fn fill(&mut self, gate: Gate, third: u32) {
-        self.vertices.push([gate.from, gate.to, third]);
-        self.own.push(self.holes.fill(gate, third, self.own.len() as u32));
+        self.next_own();
+        self.holes.fill(gate, third);
     }
 
     /// Adds the next triangle of the chunk, without a gate.
     pub(super) fn add_seed(&mut self, vertices: [u32; 3]) {
-        self.vertices.push(vertices);
-        self.own.push(self.holes.add_seed(vertices, self.own.len() as u32));
+        self.next_own();
+        self.holes.add_seed(vertices);
+    }
+
+    fn next_own(&mut self) {
+        if self.known.is_empty() {
+            return;
+        }
+        self.own.push(self.owners.len() as u32);
+        self.owners.push(self.own.len() as u32 - 1);
+    }
+
+    /// The vertices of triangle `i` of the chunk.
+    pub(super) fn vertices(&self, i: u32) -> [u32; 3] {
+        self.holes.vertices(number_in(&self.own, i))
     }
 
     /// The vertices of all triangles of the chunk.
     pub(super) fn into_vertices(self) -> Vec<[u32; 3]> {
-        self.vertices
+        if self.known.is_empty() {
+            return self.holes.into_vertices();
+        }
+        self.own.iter().map(|&t| self.holes.vertices(t)).collect()
     }
+}
+
+/// The number that a list has for `i`; `i` itself if the list is empty.
+fn number_in(list: &[u32], i: u32) -> u32 {
+    list.get(i as usize).copied().unwrap_or(i)
 }

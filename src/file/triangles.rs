@@ -332,9 +332,8 @@ impl Reader<'_> {
         let Reader { tables, living, traversal, lives, .. } = self;
         traversal.end()?;
         let mut triangles = Vec::with_capacity(lives.len());
-        for (vertices, Life { ends: [death, birth], cap }) in
-            living.into_vertices().into_iter().zip(lives)
-        {
+        for (i, Life { ends: [death, birth], cap }) in (0..).zip(lives) {
+            let vertices = living.vertices(i);
             let is_within = birth != NO_END
                 && death != NO_END
                 && birth < death

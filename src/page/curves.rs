@@ -4,7 +4,9 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::export::place_in_world;
-use crate::spectrum::{EventKind, Measures, Mesh, Query, Spectrum, event_persistence, most_persistent};
+use crate::spectrum::{
+    EventKind, Measures, Mesh, Query, Spectrum, event_persistence, most_persistent,
+};
 use crate::volume::{Histogram, Statistics, between};
 
 /// The number of isovalues of the curves, evenly spaced.

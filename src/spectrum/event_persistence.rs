@@ -15,7 +15,11 @@ const MAX_CANDIDATES: usize = 64;
 
 /// The persistence of each event of a volume, in ascending order of isovalues: the isovalues between it and its partner, as a share of the range. Without a
 /// partner they reach to the end of the range: the upper end if the event makes something, else the lower end.
-pub fn event_persistence(events: &[Event], volume: &VolumeInfo, (low, high): (f64, f64)) -> Vec<f64> {
+pub fn event_persistence(
+    events: &[Event],
+    volume: &VolumeInfo,
+    (low, high): (f64, f64),
+) -> Vec<f64> {
     let range = high - low;
     let diagonal = volume.dims.map(|n| (n as f64).powi(2)).iter().sum::<f64>().sqrt();
     let share = |from: f64, to: f64| if range > 0.0 { (to - from) / range } else { 0.0 };
@@ -42,7 +46,11 @@ pub fn event_persistence(events: &[Event], volume: &VolumeInfo, (low, high): (f6
         Some(_) => share(event.isovalue, high),
         None => share(low, event.isovalue),
     };
-    persistence.iter().zip(events).map(|(pair, event)| pair.unwrap_or_else(|| alone(event))).collect()
+    persistence
+        .iter()
+        .zip(events)
+        .map(|(pair, event)| pair.unwrap_or_else(|| alone(event)))
+        .collect()
 }
 
 /// The numbers of the `n` events of the largest persistence, ascending.
