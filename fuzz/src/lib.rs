@@ -93,28 +93,34 @@ fn take_section(file: &mut Vec<u8>, rest: &mut &[u8], tag: &[u8; 4]) {
     }
 }
 
-/// A file of chunks and tables with these contents. A chunk is described by its pivot, vertices, knots and triangles. There are one or three chunks.
+/// A file of chunks and tables with these contents. A chunk is described by its pivot, vertices, knots, triangles and, if there are several trees, repeated
+/// vertices. There are one or three chunks in one tree, or two trees of one chunk.
 fn from_contents(mut rest: &[u8]) -> Vec<u8> {
     let mut file = isospectrum::file::MAGIC.to_vec();
     file.extend(isospectrum::file::VERSION.to_le_bytes());
     file.extend(crc32fast::hash(&file).to_le_bytes());
-    let n_chunks = if number(&mut rest) % 2 == 0 { 1 } else { 3 };
-    let mut index = [const { Vec::new() }; 6];
+    let n_chunks = [1, 3, 2][number(&mut rest) % 3];
+    let (n_counts, tags): (usize, &[&[u8; 4]]) =
+        if n_chunks == 2 { (5, &[b"VERT", b"TRIA", b"POSN", b"SEAM"]) } else { (4, &[b"VERT", b"TRIA", b"POSN"]) };
+    // Pivots, vertices, knots, triangles, repeated vertices; bytes and checksums.
+    let mut counts = [const { Vec::new() }; 5];
+    let mut places = [const { Vec::new() }; 2];
     for _ in 0..n_chunks {
         let start = file.len();
-        index[..4].iter_mut().for_each(|column| column.push(number(&mut rest) as u64));
-        for tag in [b"VERT", b"TRIA", b"POSN"] {
+        counts[..n_counts].iter_mut().for_each(|column| column.push(number(&mut rest) as u64));
+        for tag in tags {
             take_section(&mut file, &mut rest, tag);
         }
-        index[4].push((file.len() - start) as u64);
-        index[5].push(crc32fast::hash(&file[start..]).into());
+        places[0].push((file.len() - start) as u64);
+        places[1].push(crc32fast::hash(&file[start..]).into());
     }
     let tables = file.len();
     for tag in [b"INFO", b"EVNT", b"ISOV", b"COLL"] {
         take_section(&mut file, &mut rest, tag);
     }
     let mut content = (n_chunks as u64).to_le_bytes().to_vec();
-    for column in index {
+    let (of_all, repeated) = counts.split_at(4);
+    for column in of_all.iter().chain(&places).chain(&repeated[..n_counts - 4]) {
         content.push(8);
         content.extend((0..8).flat_map(|plane| column.iter().map(move |x| (x >> (8 * plane)) as u8).collect::<Vec<u8>>()));
     }
