@@ -14,11 +14,14 @@ from .conftest import ROOT
 
 def test_licences_are_those_of_the_repository_and_in_the_package():
     names = importlib.metadata.metadata("isospectrum").get_all("License-File")
-    assert sorted(names) == ["LICENSE-APACHE", "LICENSE-MIT", "NOTICES.txt"]
-    found = {f.name: f for f in importlib.metadata.files("isospectrum") or [] if f.name in names}
+    assert sorted(names) == ["licenses/LICENSE-APACHE", "licenses/LICENSE-MIT", "licenses/NOTICES.txt"]
+    files = importlib.metadata.files("isospectrum") or []
     for name in names:
-        assert found[name].read_text() == (ROOT / "python" / name).read_text()
-        assert name == "NOTICES.txt" or (ROOT / name).read_text() == (ROOT / "python" / name).read_text()
+        (found,) = (f for f in files if str(f).endswith(f".dist-info/licenses/{name}"))
+        text = (ROOT / "python" / name).read_text()
+        assert found.read_text() == text
+        of_repository = ROOT / name.removeprefix("licenses/")
+        assert of_repository.name == "NOTICES.txt" or of_repository.read_text() == text
 
 
 def test_the_licences_of_all_crates_are_there():
