@@ -45,12 +45,11 @@ pub(super) fn save_as(path: &Path, scene: &mut Scene, view: &View) -> Result<Str
         return Ok(format!("saved {}", path.display()));
     }
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("isp")) {
-        if scene.folder().is_some() {
-            return Err(Error::Usage(
-                "a folder of parts: isospectrum merge makes one file of it".into(),
-            ));
+        match scene.file() {
+            // Only some of its chunks are in memory.
+            Some(whole) => file::write(&whole.read()?, path)?,
+            None => file::write(&scene.spectrum, path)?,
         }
-        file::write(&scene.spectrum, path)?;
         scene.is_unsaved = false;
         return Ok(format!("saved {}", path.display()));
     }
