@@ -88,7 +88,7 @@ mod tests {
         for wrong in ["", "x", "p", "p101", "81", "-1", "nan", "101%"] {
             assert!(at(wrong).is_err(), "{wrong}");
         }
-        assert!(at("p50").expect_err("no samples").contains("needs the samples"));
+        assert!(at("p50").expect_err("no samples").contains("needs statistics of the samples"));
     }
 
     #[test]
