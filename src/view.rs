@@ -39,6 +39,7 @@ mod window;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+pub use file_chunks::MAX_TRIANGLES;
 pub use opening::{Content, Opening};
 
 use crate::error::{Error, Result};

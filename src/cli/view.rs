@@ -7,7 +7,7 @@ use clap::Args;
 use isospectrum::Parameters;
 use isospectrum::render::{Background, Light, View as RenderView, reveal_inner};
 use isospectrum::spectrum::{Keep, Spectrum};
-use isospectrum::view::{Content, Opening, run};
+use isospectrum::view::{Content, MAX_TRIANGLES, Opening, run};
 use isospectrum::volume::{Placement, ReadOptions, Statistics, Volume, phantom, read_volume};
 use isospectrum::{Error, Result};
 
@@ -177,7 +177,11 @@ impl View {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(match Opened::open(path)? {
             Opened::Whole(spectrum, _) => Content::Spectrum(name, spectrum),
-            Opened::File(file) => Content::File(name, Arc::from(file)),
+            Opened::File(file) if file.size().triangles > MAX_TRIANGLES => {
+                Content::File(name, Arc::from(file))
+            }
+            // Read before there is a window, so that a damaged file is an error of one line.
+            Opened::File(file) => Content::Spectrum(name, file.read()?.into()),
         })
     }
 }

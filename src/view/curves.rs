@@ -26,9 +26,6 @@ pub(super) struct Point {
     pub(super) measures: Measures,
 }
 
-/// Maximum number of triangles of a file that is kept in memory as a whole while its curves are computed.
-const MAX_TRIANGLES: u64 = 2_000_000;
-
 /// The meshes of a spectrum or of a file.
 #[derive(Debug)]
 pub(super) struct MeshSource {
@@ -55,7 +52,7 @@ impl MeshSource {
 
     /// The meshes of a file.
     pub(super) fn of_file(file: &Arc<SpectrumFile>) -> MeshSource {
-        let query = FileQuery::within(file.clone(), MAX_TRIANGLES);
+        let query = FileQuery::new(file.clone());
         MeshSource {
             query: MeshQuery::File(Box::new(query)),
             range: file.description().range(),

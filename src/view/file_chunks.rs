@@ -13,7 +13,7 @@ use crate::spectrum::Spectrum;
 
 /// Maximum number of triangles of a file that is read as a whole: they are uploaded within a frame, about a tenth of a second for
 /// this number.
-pub(super) const MAX_TRIANGLES: u64 = 2_000_000;
+pub const MAX_TRIANGLES: u64 = 2_000_000;
 
 /// The chunks after reading, and the result of reading.
 type ReadResult = (Box<PartialSpectrum>, Result<()>);

@@ -63,8 +63,8 @@ fn the_window_shows_overlays_and_occlusion_as_render_does() {
         ("6", &["--camera", "90,-90"]),
     ] {
         window.input(&format!("key {key}"));
-        if key == "1" || key == "6" || key == "o" {
-            // Other keys keep the fitted distance; a new direction or projection needs another one.
+        if ["1", "6", "o", "g"].contains(&key) {
+            // Other keys keep the fitted distance; a new direction or projection, and the volume's box, need another one.
             window.input("key r");
         }
         if key == "1" || key == "6" {
