@@ -210,15 +210,6 @@ struct CriticalPoint {
     place: &'static str,
 }
 
-const KINDS: [EventKind; 6] = [
-    EventKind::Emerge,
-    EventKind::Merge,
-    EventKind::HandleOpen,
-    EventKind::Split,
-    EventKind::HandleClose,
-    EventKind::Vanish,
-];
-
 impl<'a> Analysis<'a> {
     fn of(
         volume: &'a Volume,
@@ -242,7 +233,7 @@ impl<'a> Analysis<'a> {
             dust: None,
             n_events: events.len(),
             n_event_isovalues: n_isovalues(&events),
-            kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
+            kinds: EventKind::ALL.map(|kind| (kind, count(kind))).to_vec(),
             candidates: candidates(volume, topology),
             n_critical_points: critical_points.len(),
             critical_points,

@@ -57,16 +57,6 @@ fn from_ordered_bits(key: u64) -> f64 {
     f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 
-/// The kinds in the order of their codes.
-const KINDS: [EventKind; 6] = [
-    EventKind::Emerge,
-    EventKind::Merge,
-    EventKind::HandleOpen,
-    EventKind::Split,
-    EventKind::HandleClose,
-    EventKind::Vanish,
-];
-
 /// Section `EVNT`.
 pub(super) fn write_events(events: &[Event]) -> Vec<u8> {
     let mut bytes = (events.len() as u64).to_le_bytes().to_vec();
@@ -77,9 +67,7 @@ pub(super) fn write_events(events: &[Event]) -> Vec<u8> {
     for axis in 0..3 {
         column(&|e| e.position[axis].to_bits());
     }
-    column(&|e| {
-        KINDS.iter().position(|&kind| kind == e.kind).expect("every kind has a code") as u64
-    });
+    column(&|e| e.kind.code().into());
     bytes
 }
 
@@ -98,7 +86,7 @@ pub(super) fn read_events(content: &Content) -> Result<Vec<Event>> {
         Ok(Event {
             isovalue: number(isovalues.get(i))?,
             position: [number(x.get(i))?, number(y.get(i))?, number(z.get(i))?],
-            kind: *KINDS.get(code).ok_or_else(|| {
+            kind: *EventKind::ALL.get(code).ok_or_else(|| {
                 Error::input(format!("event {i} is of kind {code}, expected 0 to 5"))
             })?,
         })

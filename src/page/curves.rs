@@ -64,13 +64,13 @@ impl Curves {
         let mut extent = Extent::default();
         let mut curves = Curves {
             named: named.collect(),
-            words: KINDS.map(|kind| kind.in_words(outside)),
+            words: EventKind::ALL.map(|kind| kind.in_words(outside)),
             extent: Vec::new(),
             components: Vec::new(),
             euler: Vec::new(),
             area: Vec::new(),
             volume: Vec::new(),
-            events: spectrum.events().iter().map(|e| (e.isovalue, code(e.kind))).collect(),
+            events: spectrum.events().iter().map(|e| (e.isovalue, e.kind.code())).collect(),
         };
         let mut query = Query::new(spectrum);
         for i in 0..N_ISOVALUES {
@@ -110,20 +110,6 @@ impl Curves {
 /// Isovalue `i` of [`N_ISOVALUES`], the ends of the range among them.
 fn isovalue_at(range: (f64, f64), i: usize) -> f64 {
     between(range, i as f64 / (N_ISOVALUES - 1) as f64)
-}
-
-/// The kinds of events in the order of their codes, which `page/plot.js` knows.
-const KINDS: [EventKind; 6] = [
-    EventKind::Emerge,
-    EventKind::Merge,
-    EventKind::HandleOpen,
-    EventKind::Split,
-    EventKind::HandleClose,
-    EventKind::Vanish,
-];
-
-fn code(kind: EventKind) -> u8 {
-    KINDS.iter().position(|&other| other == kind).unwrap_or_default() as u8
 }
 
 /// The points of meshes that are farthest in each of [`N_DIRECTIONS`] directions. Meshes that are mostly caps are the box of the volume,

@@ -24,6 +24,21 @@ pub enum EventKind {
 }
 
 impl EventKind {
+    /// All kinds in the order of their codes, in files and in the page (`page/plot.js`).
+    pub const ALL: [EventKind; 6] = [
+        EventKind::Emerge,
+        EventKind::Merge,
+        EventKind::HandleOpen,
+        EventKind::Split,
+        EventKind::HandleClose,
+        EventKind::Vanish,
+    ];
+
+    /// Its index in [`EventKind::ALL`].
+    pub(crate) fn code(self) -> u8 {
+        EventKind::ALL.iter().position(|&kind| kind == self).expect("every kind has a code") as u8
+    }
+
     /// The change in words, of a surface whose outer side is that of lower or of higher values.
     pub fn in_words(self, outside: Outside) -> &'static str {
         match (self, outside) {
