@@ -62,6 +62,7 @@ mod abandoned;
 mod atomic_file;
 mod atomic_folder;
 pub mod bricks;
+mod caught_panic;
 pub mod color;
 pub mod color_sources;
 mod disjoint_sets;
@@ -110,6 +111,9 @@ pub use volume::{Isovalue, Placement, Preparation, Samples, Volume};
 #[cfg(feature = "unstable")]
 #[doc(hidden)]
 pub mod unstable {
+    pub mod caught_panic {
+        pub use crate::caught_panic::*;
+    }
     pub mod extract {
         pub use crate::extract::*;
     }

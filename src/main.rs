@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     std::panic::set_hook(Box::new(|panic| {
-        // Such a panic becomes an error of the file.
-        if isospectrum::volume::is_decoding() {
+        // Such a panic becomes an error of a file or a driver.
+        if isospectrum::unstable::caught_panic::is_catching() {
             return;
         }
         let panic = cli::terminal::line(&panic.to_string());

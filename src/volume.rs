@@ -63,7 +63,6 @@ mod vtk;
 pub use block::WholeVolume;
 pub(crate) use block::crop_samples;
 #[cfg(any(feature = "dicom", feature = "tiff"))]
-pub use decoder_panic::is_decoding;
 pub use format::is_volume_name;
 pub use grid::{BlockPosition, Outside, Volume};
 pub(crate) use grid::{check_grid, check_range};

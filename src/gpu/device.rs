@@ -3,6 +3,7 @@
 //! wgpu reports most errors to a callback. They are kept and returned as [`Error::Gpu`] at the next readback or allocation, so
 //! that a lost device or full memory never panics.
 
+use crate::caught_panic::catch;
 use crate::error::{Error, Result};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
@@ -35,6 +36,14 @@ impl Gpu {
     ///
     /// [`Error::Gpu`] if there is none; the message names what to install, or the adapters found.
     pub fn new(adapter: Option<&str>) -> Result<Gpu> {
+        // wgpu panics where a driver lacks memory.
+        let opened = catch(|| Gpu::open(adapter));
+        opened.unwrap_or_else(|| {
+            Err(Error::Gpu("the driver failed to open a device, perhaps for lack of memory".into()))
+        })
+    }
+
+    fn open(adapter: Option<&str>) -> Result<Gpu> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         descriptor.backends = BACKENDS;
         let instance = wgpu::Instance::new(descriptor);

@@ -3,18 +3,9 @@
 //! Our readers do not panic. Decoders of pictures are large, and some panic on files that are damaged or unusual.
 
 use std::io;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::data_error::invalid;
-
-/// The number of decoders at work, in all threads: some decode in threads of their own.
-static N_RUNNING: AtomicUsize = AtomicUsize::new(0);
-
-/// Whether a decoder of another crate is at work, whose panics are caught: a panic hook should not print them.
-pub fn is_decoding() -> bool {
-    N_RUNNING.load(Ordering::Relaxed) > 0
-}
+use crate::caught_panic::catch;
 
 /// Runs a decoder of `format`.
 ///
@@ -25,10 +16,7 @@ pub(super) fn catch_panic<T>(
     format: &str,
     decode: impl FnOnce() -> io::Result<T>,
 ) -> io::Result<T> {
-    N_RUNNING.fetch_add(1, Ordering::Relaxed);
-    let result = catch_unwind(AssertUnwindSafe(decode));
-    N_RUNNING.fetch_sub(1, Ordering::Relaxed);
-    result.unwrap_or_else(|_| {
+    catch(decode).unwrap_or_else(|| {
         Err(invalid(format!("damaged or unsupported {format}: its decoder failed on it")))
     })
 }
@@ -40,7 +28,6 @@ mod tests {
     #[test]
     fn a_panic_is_an_error_of_the_file() {
         let result: io::Result<()> = catch_panic("JPEG", || {
-            assert!(is_decoding());
             // As a panic without a message on the screen.
             std::panic::resume_unwind(Box::new("out of bounds"))
         });
