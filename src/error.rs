@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::numbers::distinct;
+
 /// Result of a function of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -83,24 +85,9 @@ impl Error {
     }
 }
 
-/// Names the numbers with the fewest significant digits, five at least, that distinguish them.
 fn range_message(isovalue: f64, low: f64, high: f64) -> String {
-    let numbers = [isovalue, low, high];
-    let pairs = [(0, 1), (0, 2), (1, 2)];
-    let text = |digits: usize| numbers.map(|x| with_digits(x, digits));
-    let is_clear = |text: &[String; 3]| {
-        pairs.iter().all(|&(a, b)| numbers[a] == numbers[b] || text[a] != text[b])
-    };
-    // 17 digits distinguish any two numbers.
-    let [isovalue, low, high] = (5..17).map(text).find(is_clear).unwrap_or_else(|| text(17));
+    let [isovalue, low, high] = distinct([isovalue, low, high]);
     format!("isovalue {isovalue} is outside the range {low} to {high}")
-}
-
-/// Writes a number with so many significant digits, with an exponent where that is shorter.
-fn with_digits(x: f64, digits: usize) -> String {
-    let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
-    let (plain, scientific) = (rounded.to_string(), format!("{rounded:e}"));
-    if plain.len() <= scientific.len().max(digits + 6) { plain } else { scientific }
 }
 
 #[cfg(test)]

@@ -76,6 +76,7 @@ mod gpu;
 mod input;
 mod kernels;
 mod mesh;
+mod numbers;
 pub mod page;
 mod parse_name;
 mod ply_reader;
@@ -131,6 +132,9 @@ pub mod unstable {
     }
     pub mod mesh {
         pub use crate::mesh::*;
+    }
+    pub mod numbers {
+        pub use crate::numbers::*;
     }
     pub mod spectrum {
         pub use crate::spectrum::active_set::*;

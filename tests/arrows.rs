@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// A room may use the rooms listed before it. `main` and `cli` are a separate crate, which may use all of them.
 const ORDER: &[&str] = &[
+    "numbers",
     "caught_panic",
     "error",
     "setters",

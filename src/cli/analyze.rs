@@ -250,7 +250,7 @@ impl<'a> Analysis<'a> {
             self.kinds.iter().map(|&(kind, n)| format!("{n} {}", kind_name(kind))).collect();
         let mut text = report::table(&[
             ("volume", format!("{}, {nx}x{ny}x{nz}", terminal::name(self.volume))),
-            ("range", format!("{} to {}", number(self.range.0), number(self.range.1))),
+            ("range", report::range(self.range)),
             ("events", events_line(self.n_events, self.n_event_isovalues)),
             ("of these", kinds.join(", ")),
             (

@@ -1,8 +1,7 @@
 //! Warnings about empty surfaces, with the reason.
 
 use isospectrum::spectrum::{Keep, Spectrum};
-
-use super::report;
+use isospectrum::unstable::numbers::distinct;
 
 /// Warns if the mesh at an isovalue has no triangle; if `open`, caps do not count.
 pub(super) fn warn(spectrum: &Spectrum, isovalue: f64, open: bool) {
@@ -36,7 +35,7 @@ fn message(isovalue: f64, (low, high): (f64, f64), open: bool) -> String {
     } else {
         "all samples are on one side of the isovalue"
     };
-    let [isovalue, low, high] = [isovalue, low, high].map(report::number);
+    let [isovalue, low, high] = distinct([isovalue, low, high]);
     format!(
         "the surface at isovalue {isovalue} is empty: {reason}; the range is {low} to {high}, try 50%"
     )

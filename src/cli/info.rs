@@ -117,14 +117,13 @@ impl<'a> Facts<'a> {
         let VolumeInfo { name, dims: [nx, ny, nz], sample_type, range, placement, .. } =
             self.volume;
         let [sx, sy, sz] = placement.spacing.map(report::number);
-        let (low, high) = (report::number(range.0), report::number(range.1));
-        let ends = (report::number(self.range.0), report::number(self.range.1));
+        let [of_volume, covered] = [*range, self.range].map(report::range);
         let [name, sample_type] = [name, sample_type].map(|text| terminal::name(text));
         let mut rows = vec![
-            ("volume", format!("{name}, {nx}x{ny}x{nz} {sample_type}, {low} to {high}")),
+            ("volume", format!("{name}, {nx}x{ny}x{nz} {sample_type}, {of_volume}")),
             ("spacing", format!("{sx}, {sy}, {sz}{}", unit_after(placement))),
             ("world", world_line(placement)),
-            ("range", format!("{} to {}", ends.0, ends.1)),
+            ("range", covered),
             ("tolerance", format!("{} voxel", report::number(self.tolerance))),
             ("triangles", self.n_triangles.to_string()),
             ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),

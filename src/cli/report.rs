@@ -1,5 +1,6 @@
 //! Reports on stdout: a table for people, or JSON in a stable form for programs.
 
+use isospectrum::unstable::numbers::distinct;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -60,6 +61,16 @@ pub(super) fn number(x: f64) -> String {
     without_zeros(&format!("{x:.*}", (4 - exponent).clamp(0, 12) as usize)).to_owned()
 }
 
+/// Formats both ends of a range as [`number`], with as many digits more as distinguish them.
+pub(super) fn range((low, high): (f64, f64)) -> String {
+    let mut ends = [low, high].map(number);
+    if low != high && ends[0] == ends[1] {
+        ends = distinct([low, high]);
+    }
+    let [low, high] = ends;
+    format!("{low} to {high}")
+}
+
 /// Removes zeros at the end of a decimal fraction.
 fn without_zeros(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
@@ -90,6 +101,14 @@ pub(super) fn bytes(n: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ends_of_a_range_look_different_if_they_are() {
+        assert_eq!(range((0.0, 1.0 / 3.0)), "0 to 0.33333");
+        assert_eq!(range((1.0, 1.000_000_000_000_000_2)), "1 to 1.0000000000000002");
+        assert_eq!(range((2.999_999_999_999_999_4e-40, 3e-40)), "2.9999999999999994e-40 to 3e-40");
+        assert_eq!(range((7.0, 7.0)), "7 to 7");
+    }
 
     #[test]
     fn numbers_keep_five_significant_digits() {

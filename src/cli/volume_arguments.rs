@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use isospectrum::bricks::VolumeSource;
+use isospectrum::unstable::numbers::exact;
 use isospectrum::volume::{
     Outside, ReadOptions, SliceAxis, Volume, files_of, phantom, read_volume,
 };
@@ -108,7 +109,7 @@ impl VolumeArguments {
             (None, None) => return Err(no_volume()),
         };
         let [nx, ny, nz] = volume.dims();
-        let (low, high) = volume.range();
+        let (low, high) = (exact(volume.range().0), exact(volume.range().1));
         log::debug!(
             "{}: {nx}x{ny}x{nz} {}, {low} to {high}",
             volume.name(),

@@ -16,6 +16,7 @@ use super::trajectories::{Ranks, read_ranks};
 use super::triangles::{ChunkTables, TriangleColumns, read_triangles};
 use super::units::Units;
 use crate::error::{Error, Result};
+use crate::numbers::exact;
 use crate::spectrum::{Knot, Patch, Triangle};
 
 /// The number of vertices without a triangle in a chunk is at most this, divided by the number of chunks, plus [`UNUSED_PER_BYTE`] for each stored
@@ -287,7 +288,7 @@ impl Decoder<'_, '_> {
             Error::Input(what) if self.n_chunks > 1 => {
                 let span = &self.tree.tree.chunks()[i].span;
                 let [low, high] =
-                    [span.start, span.end - 1].map(|rank| self.isovalues[rank as usize]);
+                    [span.start, span.end - 1].map(|rank| exact(self.isovalues[rank as usize]));
                 let i = self.tree.first + i;
                 Error::input(format!("chunk {i} (isovalues {low} to {high}): {what}"))
             }

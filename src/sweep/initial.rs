@@ -24,6 +24,7 @@ use crate::extract::{Extraction, extract};
 use crate::field::Field;
 use crate::kernels::{Advance, Advanced, Relaxation};
 use crate::mesh::{Compacted, HalfEdgeMesh, Vertex, area, intersecting, normal};
+use crate::numbers::exact;
 use crate::ply_reader::{PlyMesh, read_ply};
 use crate::volume::Placement;
 use nearest::ExtractionVertices;
@@ -78,8 +79,10 @@ pub(super) fn read(
     };
     if !(range.0 <= isovalue && isovalue < range.1) {
         return Err(Error::Usage(format!(
-            "initial mesh at isovalue {isovalue}, expected from {} to below {}",
-            range.0, range.1
+            "initial mesh at isovalue {}, expected from {} to below {}",
+            exact(isovalue),
+            exact(range.0),
+            exact(range.1)
         )));
     }
     let ply = in_voxel_frame(read_ply(path)?, field.volume().placement());

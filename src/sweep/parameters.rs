@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::numbers::exact;
 use crate::setters::setters;
 
 /// Most sampling isovalues of a sweep: fifteen for each grey level of 16 bits. The sweep adds those that events need.
@@ -91,16 +92,18 @@ impl Parameters {
         let Some((low, high)) = self.range else { return Ok(self.clone()) };
         // A range that is not a number has nothing inside either.
         if !(low < high && low < most && least < high) {
+            let [low, high, least, most] = [low, high, least, most].map(exact);
             return Err(Error::Usage(format!(
                 "range {low} to {high}, expected one of the volume's {least} to {most}"
             )));
         }
         let cut = (low.max(least), high.min(most));
         if cut != (low, high) {
+            let [low, high, least, most] = [low, high, least, most].map(exact);
             log::warn!(
                 "range {low} to {high}: the volume has {least} to {most}, so {} to {} is covered",
-                cut.0,
-                cut.1
+                exact(cut.0),
+                exact(cut.1)
             );
         }
         Ok(Parameters { range: Some(cut), ..self.clone() })

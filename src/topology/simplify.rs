@@ -39,6 +39,7 @@ use super::critical::GridElement;
 use super::event::EventKind;
 use super::exact::ExactField;
 use crate::error::{Error, Result};
+use crate::numbers::exact;
 use crate::volume::{Samples, Volume, with_samples};
 use drain::drain_minima;
 use lattice::{Grain, Lattice};
@@ -164,8 +165,10 @@ fn simplify_counted(volume: &Volume, persistence: f64) -> Result<(Volume, Census
     let grain = Grain::of_range((low, high));
     if high - low < MIN_GRAINS * grain.size {
         return Err(Error::input(format!(
-            "{}: samples from {low} to {high}, expected a range of at least {:e} for the removal of noise",
+            "{}: samples from {} to {}, expected a range of at least {:e} for the removal of noise",
             volume.name(),
+            exact(low),
+            exact(high),
             MIN_GRAINS * grain.size
         )));
     }

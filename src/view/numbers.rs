@@ -1,5 +1,6 @@
 //! Parsing, formatting and stepping of isovalues.
 
+use crate::numbers::distinct;
 use crate::volume::{Isovalue, Statistics};
 
 /// Parses an isovalue of the range: a number, a percentage, or a percentile of the samples.
@@ -18,6 +19,7 @@ pub(super) fn parse_isovalue(
     if low <= isovalue && isovalue <= high {
         Ok(isovalue)
     } else {
+        let [isovalue, low, high] = distinct([isovalue, low, high]);
         Err(format!("{isovalue} is outside of {low} to {high}"))
     }
 }

@@ -11,6 +11,7 @@ use super::memory::try_filled_vec;
 use super::placement::Placement;
 use super::samples::{Samples, with_samples};
 use crate::error::{Error, Result};
+use crate::numbers::exact;
 
 /// Properties of a volume that its blocks need.
 #[derive(Clone, Debug)]
@@ -73,7 +74,7 @@ impl Volume {
         let (low, high) = whole.range;
         let is_inside = |i: usize| (low..=high).contains(&samples.get(i));
         if let Some(i) = (0..samples.len()).find(|&i| !is_inside(i)) {
-            let v = samples.get(i);
+            let [v, low, high] = [samples.get(i), low, high].map(exact);
             return Err(Error::input(format!("{name}: sample {v}, expected {low} to {high}")));
         }
         let placement =
