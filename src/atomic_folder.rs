@@ -20,10 +20,49 @@ use crate::error::{Error, Result};
 /// [`block_writes`](crate::atomic_file::block_writes) would deadlock both.
 #[derive(Debug)]
 pub struct TemporaryFolder {
-    /// Declared before the lock and the guard, so that it is removed before they are released.
+    /// Declared before the guard, so that it is removed before that is released.
+    folder: WorkFolder,
+    _guard: RwLockReadGuard<'static, ()>,
+}
+
+/// A [`TemporaryFolder`] that any thread may own, without the guard against
+/// [`block_writes`](crate::atomic_file::block_writes): for processes that do not call that.
+#[derive(Debug)]
+pub struct WorkFolder {
+    /// Declared before the lock, so that it is removed before that is released.
     folder: tempfile::TempDir,
     _lock: File,
-    _guard: RwLockReadGuard<'static, ()>,
+}
+
+impl WorkFolder {
+    /// As [`TemporaryFolder::next_to`].
+    ///
+    /// # Errors
+    ///
+    /// As [`TemporaryFolder::next_to`].
+    pub fn next_to(path: &Path) -> Result<Self> {
+        let create = || {
+            let target = final_path(path)?;
+            if fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
+                return Err(io::Error::other("exists and is not a regular file"));
+            }
+            WorkFolder::beside(&target)
+        };
+        create().map_err(|error| Error::io(path, error))
+    }
+
+    fn beside(target: &Path) -> io::Result<Self> {
+        let (parent, name) = (parent_folder(target), target.file_name().unwrap_or_default());
+        let folder = temporary_name().tempdir_in(parent)?;
+        let _lock = locked(folder.path(), name)?;
+        remove_abandoned(parent, name, folder.path());
+        Ok(WorkFolder { folder, _lock })
+    }
+
+    /// The path of the temporary folder.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
 }
 
 impl TemporaryFolder {
@@ -33,23 +72,8 @@ impl TemporaryFolder {
     ///
     /// [`Error::Io`] with `path`, also if something other than a regular file exists there.
     pub fn next_to(path: &Path) -> Result<Self> {
-        let create = || {
-            let target = final_path(path)?;
-            if fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
-                return Err(io::Error::other("exists and is not a regular file"));
-            }
-            TemporaryFolder::beside(&target)
-        };
-        create().map_err(|error| Error::io(path, error))
-    }
-
-    fn beside(target: &Path) -> io::Result<Self> {
-        let (parent, name) = (parent_folder(target), target.file_name().unwrap_or_default());
         let _guard = unfinished();
-        let folder = temporary_name().tempdir_in(parent)?;
-        let _lock = locked(folder.path(), name)?;
-        remove_abandoned(parent, name, folder.path());
-        Ok(TemporaryFolder { folder, _lock, _guard })
+        Ok(TemporaryFolder { folder: WorkFolder::next_to(path)?, _guard })
     }
 
     /// The path of the temporary folder.

@@ -1,7 +1,7 @@
 //! Computations in bricks whose parts are computed wherever their samples are: in this process or on another machine.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use isospectrum::bricks::{
     self, OpenVolume, Part, Parts, ReadBlocks, SampleBox, Survey, VolumeSource, compute_part,
@@ -52,6 +52,42 @@ pub(crate) fn tally<'py>(
         Ok(tally.to_bytes())
     });
     Ok(PyBytes::new(py, &bytes?))
+}
+
+/// A folder for parts, next to the file of the result or in that for temporary files. It is removed when it is closed, and by the next
+/// run for the same file if its process was killed.
+#[pyclass]
+pub(crate) struct WorkFolder(Mutex<Option<file::WorkFolder>>);
+
+#[pymethods]
+impl WorkFolder {
+    /// Creates one for the file `to`.
+    #[new]
+    fn new(py: Python<'_>, to: Option<PathBuf>) -> PyResult<Self> {
+        // As the program: all runs without a file share a name, and remove what killed ones have left.
+        let to = to.unwrap_or_else(|| std::env::temp_dir().join("isospectrum"));
+        let folder = detached(py, || file::WorkFolder::next_to(&to))?;
+        Ok(WorkFolder(Mutex::new(Some(folder))))
+    }
+
+    /// Returns its path.
+    fn __enter__(&self, py: Python<'_>) -> PyResult<PathBuf> {
+        detached(py, || match self.0.lock().unwrap_or_else(PoisonError::into_inner).as_ref() {
+            Some(folder) => Ok(folder.path().to_owned()),
+            None => Err(Error::Usage("the folder is closed".to_owned())),
+        })
+    }
+
+    /// Removes it.
+    fn __exit__(
+        &self,
+        py: Python<'_>,
+        _kind: Option<Py<PyAny>>,
+        _error: Option<Py<PyAny>>,
+        _traceback: Option<Py<PyAny>>,
+    ) {
+        py.detach(|| drop(self.0.lock().unwrap_or_else(PoisonError::into_inner).take()));
+    }
 }
 
 /// Blocks read by a Python callable, which takes a box and returns the array of its samples.

@@ -34,7 +34,7 @@ mod native {
     #[pymodule_export]
     use crate::arguments::default_parameters;
     #[pymodule_export]
-    use crate::bricks::{Plan, cut, tally};
+    use crate::bricks::{Plan, WorkFolder, cut, tally};
     #[pymodule_export]
     use crate::compute::compute;
     #[pymodule_export]

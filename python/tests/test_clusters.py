@@ -241,6 +241,45 @@ def test_complete_parts_are_reused_and_damaged_ones_recomputed(array, expected, 
     assert other_volume._native.to_bytes() != (expected / "s.isp").read_bytes()
 
 
+def test_parts_that_a_killed_run_has_left_are_removed_by_the_next_for_the_same_file(array, tmp_path):
+    # The folder of a run that ends while this test looks: complete parts, and a lock that nobody holds.
+    def left_by_a_killed_run(folder: str, target: str) -> pathlib.Path:
+        path = tmp_path / folder
+        path.mkdir()
+        (path / "lock").write_text(target)
+        (path / "000000.part").write_bytes(b"part")
+        return path
+
+    same, other = left_by_a_killed_run(".isospectrum-a.part", "s.isp"), left_by_a_killed_run(".isospectrum-b.part", "t.isp")
+    isospectrum.compute(chunked(array), to=tmp_path / "s.isp", **OPTIONS)
+    assert not same.exists() and other.exists()
+    assert {path.name for path in tmp_path.iterdir()} == {"s.isp", other.name}
+
+
+def test_a_killed_run_leaves_a_folder_that_the_next_one_removes(tmp_path):
+    # Killed after its first part.
+    script = textwrap.dedent("""
+        import os, signal, sys
+        import dask.array, isospectrum, numpy
+
+        def report(done, stage):
+            if "kill" in sys.argv and done > 0.15:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+        samples = numpy.random.default_rng(1).random((20, 20, 20), dtype="f4")
+        blocks = dask.array.from_array(samples, chunks=10)
+        isospectrum.compute(blocks, brick=10, backend="cpu", check=False, to=sys.argv[1], progress=report)
+    """)
+
+    def run_until(end: str) -> int:
+        return subprocess.run([sys.executable, "-c", script, str(tmp_path / "s.isp"), end], check=False).returncode
+
+    assert run_until("kill") == -signal.SIGKILL
+    assert [path.suffix for path in tmp_path.iterdir()] == [".part"]
+    assert run_until("end") == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["s.isp"]
+
+
 def test_only_bytes_of_the_part_are_stored(array, tmp_path):
     blocks = _bricks.Blocks(chunked(array))
     samples = np.asarray(array)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -204,8 +203,7 @@ def compute(
     with contextlib.ExitStack() as stack:
         if parts is None:
             # The disk of the result has room for the parts.
-            parent = None if to is None else os.path.dirname(os.path.abspath(os.fspath(to)))
-            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix=".isospectrum-", suffix=".part", dir=parent))
+            folder = os.fspath(stack.enter_context(_native.WorkFolder(to)))
         else:
             folder = os.fspath(parts)
             os.makedirs(folder, exist_ok=True)

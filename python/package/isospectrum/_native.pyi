@@ -218,6 +218,13 @@ def tally(array: npt.NDArray[Any], range: tuple[float, float]) -> bytes:
     """A tally of samples, from which statistics are summed up."""
 
 @final
+class WorkFolder:
+    """A folder for parts next to the file of the result. It is removed at the end, and by the next run for the same file after a kill."""
+
+    def __new__(cls, to: str | os.PathLike[str] | None) -> WorkFolder: ...
+    def __enter__(self) -> str | os.PathLike[str]: ...
+    def __exit__(self, *error: object) -> None: ...
+
 class Plan:
     """The plan of a computation in bricks."""
 
