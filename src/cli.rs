@@ -24,6 +24,7 @@ mod extract;
 mod failed_allocation;
 mod film;
 mod frames;
+mod gpu;
 mod heading;
 mod html;
 mod info;

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use isospectrum::{Backend, Choice};
 use isospectrum::{Error, Result};
 
-use super::{driver_warning, heading, threads};
+use super::{driver_warning, gpu, heading, threads};
 
 /// The flags of every command that computes a spectrum.
 #[derive(Args, Debug)]
@@ -53,10 +53,16 @@ impl BackendArguments {
             threads::start_requested(usize::from(n))?;
         }
         let choice = match self.backend {
+            BackendChoice::Cpu => Choice::Cpu,
+            BackendChoice::Auto if self.adapter.is_none() && gpu::check_room().is_err() => {
+                Choice::Cpu
+            }
             BackendChoice::Auto => Choice::Auto,
             BackendChoice::Gpu => Choice::Gpu,
-            BackendChoice::Cpu => Choice::Cpu,
         };
+        if choice != Choice::Cpu {
+            gpu::check_room()?;
+        }
         driver_warning::hidden(|| Backend::choose(choice, self.adapter()))
     }
 }

@@ -6,7 +6,6 @@ use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::color::ColorSources;
 use isospectrum::page::{self, DEFAULT_STEP, Link, Look, Page, Sizes};
-use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Image, Light, Renderer, Surface, View, reveal_inner};
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::Spectrum;
@@ -24,7 +23,7 @@ use super::output::Output;
 use super::progress::Bar;
 use super::spectrum_file::{Opened, PACK_BYTES, check_memory};
 use super::surface_argument::SurfaceArgument;
-use super::{driver_warning, empty, heading, report};
+use super::{empty, gpu, heading, report};
 
 /// Size of a page in bytes above which a warning is printed: it loads slowly, and mail servers refuse it.
 const LARGE_PAGE: usize = 25_000_000;
@@ -280,7 +279,7 @@ impl Html {
         look: &Look,
         sources: &ColorSources,
     ) -> Result<Option<Image>> {
-        let gpu = match driver_warning::hidden(|| Gpu::new(self.adapter.as_deref())) {
+        let gpu = match gpu::open(self.adapter.as_deref()) {
             Ok(gpu) => gpu,
             Err(Error::Gpu(why)) => {
                 log::info!("no still picture: {why}");

@@ -6,7 +6,7 @@
 //! incomplete.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
 use std::time::Duration;
 
 use isospectrum::Error;
@@ -43,8 +43,16 @@ pub(super) fn install(clear: fn()) {
     }
     fail_writes_beyond_limit();
     let watch = std::thread::Builder::new().name("signals".to_owned());
-    if let Err(error) = watch.spawn(move || exit_after_signal(clear)) {
-        log::debug!("a signal ends only work that checks for it: {error}");
+    let (started, is_started) = mpsc::channel::<()>();
+    let watch = watch.spawn(move || {
+        std::hint::black_box(Vec::<u8>::with_capacity(1));
+        drop(started);
+        exit_after_signal(clear);
+    });
+    match watch {
+        // It has its heap by then, so that a forecast is compared with the address space that is left.
+        Ok(_) => drop(is_started.recv_timeout(GRACE)),
+        Err(error) => log::debug!("a signal ends only work that checks for it: {error}"),
     }
 }
 

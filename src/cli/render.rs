@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Light, Renderer, Surface, View, reveal_inner};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
@@ -23,7 +22,7 @@ use super::series::Series;
 use super::size_argument::PictureSize;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
-use super::{driver_warning, empty, heading, report};
+use super::{empty, gpu, heading, report};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -323,7 +322,7 @@ pub(super) struct Pictures<'a>(Renderer<'a>);
 impl<'a> Pictures<'a> {
     /// Opens the adapter whose name contains `adapter`, or the fastest.
     pub(super) fn open(spectrum: &'a Spectrum, adapter: Option<&str>) -> Result<Self> {
-        let gpu = driver_warning::hidden(|| Gpu::new(adapter))?;
+        let gpu = gpu::open(adapter)?;
         Ok(Pictures(Renderer::new(&gpu, spectrum)?))
     }
 

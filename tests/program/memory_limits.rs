@@ -52,6 +52,22 @@ fn a_limit_of_address_space_is_kept_or_ends_in_one_line() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn no_driver_is_opened_in_little_address_space() {
+    let folder = Folder::with_phantom("sphere:12");
+    for megabytes in [300, 600, 800] {
+        let (code, printed) = limited(&folder, megabytes, &["html", "s.isp", "-o", "o.html"]);
+        assert_eq!(code, Some(0), "{megabytes} MB: {printed}");
+        let line = printed.lines().find(|line| line.starts_with("no still picture"));
+        assert!(line.is_some_and(|line| line.contains("ulimit -v")), "{printed}");
+        let render = ["render", "s.isp", "-c", "50%", "-o", "o.png"];
+        let (code, printed) = limited(&folder, megabytes, &render);
+        assert_eq!(code, Some(1), "{megabytes} MB: {printed}");
+        assert!(one_line(&printed).contains("ulimit -v"), "{printed}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
 fn an_allocation_that_fails_in_spite_of_the_forecast_is_no_crash() {
     let folder = Folder::new();
     // The flag overrides the forecast.
