@@ -11,6 +11,7 @@
 //! the next and of triangles that survive events.
 
 mod coherence;
+mod confidence;
 mod distribution;
 mod findings;
 mod geometry;
@@ -27,6 +28,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::extract::count::count;
+use crate::numbers::exact;
 use crate::progress::Progress;
 use crate::random::Random;
 use crate::spectrum::{Mesh, Query, Spectrum};
@@ -42,9 +44,11 @@ pub use manifold::{MeshTopology, mesh_topology};
 pub use promise::{Limits, Promise};
 pub use report::{Remedy, Report};
 
+use confidence::{Tallies, Tally};
 use distribution::Distribution;
-use isovalues::{event_isovalues, neighbours, random_isovalues};
+use isovalues::{Draw, event_isovalues, neighbours, random_isovalues, spread_isovalues};
 use measure::Geometry;
+use promise::Bounds;
 use triangle_grid::TriangleGrid;
 
 /// The distance in voxels from a point of the voxel frame to the isosurface of an isovalue: along a unit normal,
@@ -85,11 +89,73 @@ pub fn verify(
     limits: Limits,
     progress: &dyn Progress,
 ) -> Result<Report> {
-    check_same_volume(spectrum, volume)?;
     sampling.check()?;
+    Ok(measured_at(spectrum, volume, (sampling, Draw::Random), limits, progress)?.0)
+}
+
+/// The result of [`check`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Check {
+    /// One sentence for each promise that does not hold: those that [`verify`] names for the same isovalues.
+    pub broken: Vec<String>,
+    /// One sentence for each promise that holds at these isovalues, but may not hold at those of another verification.
+    pub uncertain: Vec<String>,
+    /// What helps.
+    pub remedy: Remedy,
+}
+
+impl Check {
+    /// Names the promises that do not hold or may not hold; `None` if there are none.
+    pub fn summary(&self) -> Option<String> {
+        let list = |what, promises: &[String]| {
+            (!promises.is_empty()).then(|| format!("{what}: {}", promises.join("; ")))
+        };
+        let broken = list("does not keep its promises", &self.broken);
+        let uncertain = list("may not keep its promises at other isovalues", &self.uncertain);
+        let all: Vec<String> = broken.into_iter().chain(uncertain).collect();
+        (!all.is_empty()).then(|| all.join("; "))
+    }
+}
+
+/// Verifies a spectrum that has just been computed, in a time that a computation can afford: as [`verify`] with default parameters up to 20^3
+/// samples, and at fewer isovalues above. Promises that another choice of isovalues may break are found, too: in a small volume, by
+/// more isovalues.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` is cancelled.
+pub fn check(spectrum: &Spectrum, volume: &Volume, progress: &dyn Progress) -> Result<Check> {
+    let limits = Limits::default();
+    let sampling = (Sampling::affordable(volume), Draw::Random);
+    let (report, mut tallies) = measured_at(spectrum, volume, sampling, limits, progress)?;
+    let mut reports = vec![report];
+    if let Some(sampling) = Sampling::second(volume, tallies.are_doubtful(&reports[0])) {
+        let second = (sampling, Draw::Spread);
+        let (report, more) = measured_at(spectrum, volume, second, limits, progress)?;
+        tallies.append(more);
+        reports.push(report);
+    }
+    let remedy = reports.iter().map(|report| report.remedy(volume)).min().unwrap_or(Remedy::None);
+    let (broken, uncertain) = confidence::judge(&reports, &tallies);
+    Ok(Check { broken, uncertain, remedy })
+}
+
+/// Measures a spectrum at the isovalues of one verification. Returns also what of each promise is beyond its limit where.
+fn measured_at(
+    spectrum: &Spectrum,
+    volume: &Volume,
+    (sampling, draw): (Sampling, Draw),
+    limits: Limits,
+    progress: &dyn Progress,
+) -> Result<(Report, Tallies)> {
+    check_same_volume(spectrum, volume)?;
     let field = ExactField::new(volume)?;
     let mut random = Random::new(sampling.seed);
-    let single = random_isovalues(volume, spectrum.range(), sampling.n_random, &mut random);
+    let single = match draw {
+        Draw::Random => random_isovalues,
+        Draw::Spread => spread_isovalues,
+    }(volume, spectrum.range(), sampling.n_random, &mut random);
     let pairs =
         event_isovalues(spectrum.events(), spectrum.range(), sampling.n_events, &mut random);
     let elsewhere = coherence::busiest_elsewhere(spectrum, sampling.n_events);
@@ -99,6 +165,8 @@ pub fn verify(
 
     let mut pooled = Geometry::new();
     let mut rows = Vec::new();
+    let bounds = Bounds::new(&limits, spectrum.tolerance());
+    let mut tallies = Tallies::new(bounds);
     let mut query = Query::new(spectrum);
     let mut mesh_at = |isovalue: f64, n_done: usize| -> Result<Mesh> {
         progress.report(n_done as f64 / n_all, "verifying");
@@ -118,7 +186,9 @@ pub fn verify(
             row.self_intersecting = self_intersecting;
             row.barycentre_deviation = geometry.barycentre_deviation.summary();
             row.radius_ratio = geometry.radius_ratio.summary();
+            tallies.add_crossing(self_intersecting, mesh.triangles.len());
             if !at_event {
+                tallies.add(&geometry);
                 pooled.merge(&geometry);
             }
         }
@@ -128,17 +198,22 @@ pub fn verify(
     for &isovalue in &single {
         measure_at(isovalue, false)?;
     }
-    let mut jumps_at = |pairs: &[(f64, f64)]| -> Result<(Vec<Jump>, Summary)> {
+    let mut jumps_at = |pairs: &[(f64, f64)]| -> Result<(Vec<Jump>, Summary, Vec<Tally>)> {
         let mut beyond = Distribution::new(measure::MAX_DISTANCE);
         let mut jumps = Vec::with_capacity(pairs.len());
+        let mut counts = Vec::with_capacity(pairs.len());
         for &(before, after) in pairs {
             let (a, b) = (measure_at(before, true)?, measure_at(after, true)?);
-            jumps.push(jump::jump(&field, (before, &a), (after, &b), &mut beyond));
+            let mut distances = Distribution::new(measure::MAX_DISTANCE);
+            jumps.push(jump::jump(&field, (before, &a), (after, &b), &mut distances));
+            counts.push(Tally::of(&distances, bounds.jump));
+            beyond.merge(&distances);
         }
-        Ok((jumps, beyond.summary()))
+        Ok((jumps, beyond.summary(), counts))
     };
-    let (at_events, beyond_at_events) = jumps_at(&pairs)?;
-    let (elsewhere, beyond_elsewhere) = jumps_at(&elsewhere)?;
+    let (at_events, beyond_at_events, _) = jumps_at(&pairs)?;
+    let (elsewhere, beyond_elsewhere, counts) = jumps_at(&elsewhere)?;
+    tallies.add_jumps(counts);
     for isovalue in neighbours {
         let mesh = mesh_at(isovalue, rows.len())?;
         let row = topology_row(&field, isovalue, true, &mesh);
@@ -152,7 +227,7 @@ pub fn verify(
         coherence: coherence::coherence(spectrum),
         tracked_share: tracked_share(spectrum, &single),
     };
-    Ok(Report::new(spectrum, sampling, limits, rows, &pooled, continuity))
+    Ok((Report::new(spectrum, sampling, limits, rows, &pooled, continuity), tallies))
 }
 
 /// The result of [`spot_check`].
@@ -209,10 +284,10 @@ fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
         return Err(Error::input(format!(
             "{}: samples from {} to {}, expected {} to {} as the spectrum of {} has",
             volume.name(),
-            volume.range().0,
-            volume.range().1,
-            of.range.0,
-            of.range.1,
+            exact(volume.range().0),
+            exact(volume.range().1),
+            exact(of.range.0),
+            exact(of.range.1),
             of.name
         )));
     }

@@ -5,7 +5,7 @@ use isospectrum::bricks::{
 };
 use isospectrum::file::{self, TemporaryFolder};
 use isospectrum::settings::{ByteSize, NoiseSettings};
-use isospectrum::verify::{Limits, Remedy, Sampling, verify};
+use isospectrum::verify::{self, Remedy};
 use isospectrum::{Error, Forecast, Parameters, Prepared, Progress, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -116,24 +116,20 @@ fn check_triangles(prepared: &Prepared, parameters: &Parameters, most: Option<f6
     )))
 }
 
-/// The promises that a spectrum does not keep, as the program's `compute` prints them; none if it keeps all.
+/// The promises that a spectrum does not keep, or may not keep at other isovalues, as the program's `compute` prints them; none if it keeps all.
 fn broken(
     spectrum: &isospectrum::Spectrum,
     volume: &isospectrum::Volume,
     progress: &dyn Progress,
 ) -> Result<Option<String>> {
-    let sampling = Sampling::affordable(volume);
-    let found = verify(spectrum, volume, sampling, Limits::default(), &Unreported(progress))?;
-    if found.passed {
-        return Ok(None);
-    }
-    let advice = match found.remedy(volume) {
+    let found = verify::check(spectrum, volume, &Unreported(progress))?;
+    let Some(summary) = found.summary() else { return Ok(None) };
+    let advice = match found.remedy {
         Remedy::None => "please report this volume",
         Remedy::Smoothing => "the samples have two values only: smooth=0.5 helps",
         Remedy::SmoothingOrTolerance => "smooth=0.5 or a larger error may help",
     };
-    let (name, failures) = (volume.name(), found.failures.join("; "));
-    Ok(Some(format!("{name}: does not keep its promises: {failures}; {advice}")))
+    Ok(Some(format!("{}: {summary}; {advice}", volume.name())))
 }
 
 /// Work that can be cancelled and reports no progress, after work that has reported all of it.

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use isospectrum::Forecast;
-use isospectrum::verify::{Limits, Remedy, Sampling, SpotCheck, spot_check, verify};
+use isospectrum::verify::{Check, Remedy, SpotCheck, check, spot_check};
 use isospectrum::{Error, Result, Spectrum, Volume};
 use serde::Serialize;
 
@@ -81,6 +81,8 @@ struct Computed<'a> {
     measured: Option<SpotCheck>,
     /// The promises that do not hold, of a verification with default flags up to 20^3 samples, else at fewer isovalues; none after bricks.
     broken_promises: Option<Vec<String>>,
+    /// The other promises that may not hold at other isovalues; none after bricks.
+    uncertain_promises: Option<Vec<String>>,
     /// What was expected before the sweep; none for bricks.
     forecast: Option<Forecast>,
     #[serde(flatten)]
@@ -98,9 +100,7 @@ struct Finished<'a> {
 /// What is known of a spectrum whose volume is in memory.
 struct Measured {
     spot: SpotCheck,
-    /// The promises that do not hold, and what helps.
-    broken: Vec<String>,
-    advice: &'static str,
+    check: Check,
     forecast: Forecast,
 }
 
@@ -112,10 +112,8 @@ impl Measured {
         quiet: bool,
     ) -> Result<Measured> {
         let spot = spot_check(spectrum, volume, N_MEASURED)?;
-        let sampling = Sampling::affordable(volume);
-        let found = verify(spectrum, volume, sampling, Limits::default(), &Bar::new(quiet))?;
-        let advice = advice(found.remedy(volume));
-        Ok(Measured { spot, broken: found.failures, advice, forecast })
+        let check = check(spectrum, volume, &Bar::new(quiet))?;
+        Ok(Measured { spot, check, forecast })
     }
 }
 
@@ -172,22 +170,29 @@ impl Compute {
         }
         log::info!("{}: done in {seconds:.1} s", path.display());
         report::log_lines(&summary(&facts, measured.as_ref().map(|m| &m.spot)));
-        if let Some(Measured { broken, advice, .. }) =
-            measured.as_ref().filter(|m| !m.broken.is_empty())
+        if let Some(Measured { check, .. }) = &measured
+            && let Some(summary) = check.summary()
         {
-            let broken = broken.join("; ");
-            log::warn!("{}: does not keep its promises: {broken}; {advice}", path.display());
+            log::warn!("{}: {summary}; {}", path.display(), advice(check.remedy));
         }
-        let (forecast, broken_promises) =
-            measured.as_ref().map(|m| (m.forecast, m.broken.clone())).unzip();
-        let measured = measured.map(|m| m.spot);
+        let forecast = measured.as_ref().map(|m| m.forecast);
+        let (measured, check) = measured.map(|m| (m.spot, m.check)).unzip();
+        let (broken_promises, uncertain_promises) =
+            check.map(|check| (check.broken, check.uncertain)).unzip();
         if log::log_enabled!(log::Level::Debug) {
             report::log_lines(&facts.table());
         }
         if self.json {
             report::print_json(
                 "compute",
-                &Computed { seconds, measured, broken_promises, forecast, facts },
+                &Computed {
+                    seconds,
+                    measured,
+                    broken_promises,
+                    uncertain_promises,
+                    forecast,
+                    facts,
+                },
             )?;
         }
         Ok(())

@@ -89,6 +89,18 @@ impl Distribution {
         None
     }
 
+    /// The number of values in bins that reach beyond `limit`: with none of these, all percentiles are at most `limit`.
+    pub(super) fn n_beyond(&self, limit: f64) -> u64 {
+        // A bin may end a rounding error above `limit`.
+        let first = (limit / self.top * BINS as f64 + 1e-9).floor().clamp(0.0, BINS as f64);
+        self.bins[first as usize..].iter().sum()
+    }
+
+    /// The number of values.
+    pub(super) fn n(&self) -> u64 {
+        self.n
+    }
+
     /// The share of values up to `value`, exact to one bin; `None` if there are no values.
     pub(super) fn share_within(&self, value: f64) -> Option<f64> {
         let n_bins = (value / self.top * BINS as f64).round().clamp(0.0, BINS as f64) as usize;

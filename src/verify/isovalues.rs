@@ -26,9 +26,25 @@ const MAX_RANDOM: usize = 1_000_000;
 /// as long as the sweep (hydrogen, 32 along each side).
 const MAX_DEFAULT_SAMPLES: usize = 8_000;
 
+/// Volumes of at most so many samples, 6 along each side, are checked at a second choice of isovalues, as their meshes differ most from one isovalue
+/// to another; and those of at most so many, 10 along each side, if the first leaves a doubt. That takes a second.
+const MAX_TWICE_SAMPLES: [usize; 2] = [216, 1_000];
+
+/// Number of random isovalues and of events of a second choice. With 4 times as many in all, other isovalues are the main uncertainty that is left.
+const SECOND: (usize, usize) = (192, 64);
+
+/// How isovalues are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Draw {
+    /// Independently, by [`random_isovalues`].
+    Random,
+    /// Evenly, by [`spread_isovalues`].
+    Spread,
+}
+
 impl Sampling {
     /// The sampling that `compute` can afford: the default up to 20^3 samples, then fewer isovalues the more samples there are.
-    pub fn affordable(volume: &Volume) -> Sampling {
+    pub(super) fn affordable(volume: &Volume) -> Sampling {
         let all = Sampling::default();
         let times = volume.samples().len().div_ceil(MAX_DEFAULT_SAMPLES).max(1);
         Sampling {
@@ -36,6 +52,14 @@ impl Sampling {
             n_events: (all.n_events / times).max(2),
             seed: all.seed,
         }
+    }
+
+    /// The second choice of isovalues that `compute` can afford, if the first leaves a doubt or not; none for all but small volumes.
+    pub(super) fn second(volume: &Volume, is_doubtful: bool) -> Option<Sampling> {
+        let (n_random, n_events) = SECOND;
+        let second = Sampling { n_random, n_events, seed: 1 };
+        let most = MAX_TWICE_SAMPLES[usize::from(is_doubtful)];
+        (volume.samples().len() <= most).then_some(second)
     }
 
     /// # Errors
@@ -84,6 +108,36 @@ pub(super) fn random_isovalues(
         })
         .map(|c| c.clamp(low + margin, high - margin))
         .collect();
+    isovalues.sort_by(f64::total_cmp);
+    isovalues
+}
+
+/// `n` isovalues with the distribution of [`random_isovalues`], sorted: one in each of `n` parts of it that are equally likely, so that a short
+/// part of the range with a bad mesh is missed less often.
+pub(super) fn spread_isovalues(
+    volume: &Volume,
+    (low, high): (f64, f64),
+    n: usize,
+    random: &mut Random,
+) -> Vec<f64> {
+    let samples = volume.samples();
+    let mut inside: Vec<f64> = (0..samples.len()).map(|i| samples.get(i)).collect();
+    inside.retain(|v| (low..=high).contains(v));
+    inside.sort_by(f64::total_cmp);
+    let n_near = if inside.is_empty() { 0 } else { n / 2 };
+    let n_uniform = n - n_near;
+    let mut share = |i: usize, n: usize| (i as f64 + random.unit()) / n as f64;
+    let mut isovalues: Vec<f64> =
+        (0..n_uniform).map(|i| low + share(i, n_uniform) * (high - low)).collect();
+    for i in 0..n_near {
+        let nearest = (share(i, n_near) * inside.len() as f64) as usize;
+        // The distances from equal samples are spread, too: multiples of the golden ratio.
+        let past = (i as f64 * 0.618_033_988_749_894_9).fract();
+        let past = (0.02 + 0.96 * past) * (high - low) / 256.0;
+        isovalues.push(inside[nearest.min(inside.len() - 1)] + past);
+    }
+    let margin = 1e-6 * (high - low);
+    isovalues.iter_mut().for_each(|c| *c = c.clamp(low + margin, high - margin));
     isovalues.sort_by(f64::total_cmp);
     isovalues
 }
@@ -146,6 +200,27 @@ mod tests {
         assert_eq!(draw(7).len(), 31);
         assert!(draw(7).iter().all(|c| (5.0..20.0).contains(c)));
         assert!(draw(7).is_sorted());
+    }
+
+    #[test]
+    fn spread_isovalues_are_one_in_each_part() {
+        let (n, volume) = (64, ramp());
+        let range = volume.range();
+        let (low, high) = range;
+        let found = spread_isovalues(&volume, range, n, &mut Random::new(1));
+        assert_eq!(found.len(), n);
+        assert!(found.is_sorted() && found.iter().all(|c| (low..high).contains(c)));
+        // Half of them are uniform; those near samples are in a 256th of the range above whole numbers, or at the end of the range.
+        let (near, uniform): (Vec<f64>, Vec<f64>) =
+            found.iter().partition(|c| c.fract() < (high - low) / 256.0);
+        let in_part = |part: usize| {
+            let part = part as f64 / 8.0..(part + 1) as f64 / 8.0;
+            uniform.iter().filter(|&&c| part.contains(&((c - low) / (high - low)))).count()
+        };
+        assert!((0..8).all(|part| (2..=5).contains(&in_part(part))), "{uniform:?}");
+        // Two samples have more than one part of 32 for themselves, and share at most two others.
+        let at = |pair: usize| near.iter().filter(|&&c| (c / 2.0).floor() == pair as f64).count();
+        assert!((0..13).all(|pair| (1..=4).contains(&at(pair))), "{near:?}");
     }
 
     #[test]

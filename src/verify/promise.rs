@@ -45,6 +45,41 @@ pub struct Limits {
     pub jump: Option<f64>,
 }
 
+/// Number of promises about shares: those of geometry, the last ones of the default limits.
+pub(super) const N_SHARES: usize = 8;
+
+/// What the promises of geometry bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    /// Distance of 99 % of the vertices from the isosurface, voxels.
+    pub vertex: f64,
+    /// Distance of half of the barycentres from the isosurface, and of 75 % of the isosurface from the mesh: the tolerance, voxels.
+    pub typical: f64,
+    /// Distance of 99 % of the barycentres from the isosurface, voxels.
+    pub barycentre: f64,
+    /// Distance of 99 % of the isosurface from the mesh, voxels.
+    pub surface: f64,
+    /// 99 % of the jumps away from events beyond those of the isosurface, voxels.
+    pub jump: f64,
+    /// For each promise in their order, the share of the values that may be beyond.
+    pub shares: [f64; N_SHARES],
+}
+
+impl Bounds {
+    pub(super) fn new(limits: &Limits, tolerance: f64) -> Bounds {
+        let limit = |min: f64| min.max(MAX_DEVIATION_FACTOR * tolerance);
+        let crossing = limits.self_intersecting.unwrap_or(MAX_CROSSING_SHARE);
+        Bounds {
+            vertex: MAX_DEVIATION_FACTOR * tolerance,
+            typical: tolerance,
+            barycentre: limits.deviation.unwrap_or(limit(MIN_BARYCENTRE_LIMIT)),
+            surface: limit(MIN_SURFACE_LIMIT),
+            jump: limits.jump.unwrap_or(limit(MIN_JUMP_LIMIT)),
+            shares: [crossing, MAX_INVERTED_SHARE, 0.01, 0.5, 0.01, 0.25, 0.01, 0.01],
+        }
+    }
+}
+
 /// One promise and its measurement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
@@ -87,7 +122,7 @@ pub(super) fn promises(
     tolerance: f64,
 ) -> Vec<Promise> {
     let n = totals.isovalues;
-    let limit = |min: f64| min.max(MAX_DEVIATION_FACTOR * tolerance);
+    let bounds = Bounds::new(limits, tolerance);
     let [vertices, barycentres, isosurface] =
         [&totals.vertex_deviation, &totals.barycentre_deviation, &totals.surface_deviation];
     let mut all = vec![
@@ -105,35 +140,27 @@ pub(super) fn promises(
         Promise::share(
             "triangles that cross others",
             totals.self_intersecting_share,
-            limits.self_intersecting.unwrap_or(MAX_CROSSING_SHARE),
+            bounds.shares[0],
         ),
         Promise::share(
             "triangles that face the wrong side",
             totals.inverted_share,
-            MAX_INVERTED_SHARE,
+            bounds.shares[1],
         ),
+        Promise::voxels("vertices from isosurface, 99 % within", vertices.p99, bounds.vertex),
         Promise::voxels(
-            "vertices from isosurface, 99 % within",
-            vertices.p99,
-            MAX_DEVIATION_FACTOR * tolerance,
+            "barycentres from isosurface, 50 % within",
+            barycentres.p50,
+            bounds.typical,
         ),
-        Promise::voxels("barycentres from isosurface, 50 % within", barycentres.p50, tolerance),
         Promise::voxels(
             "barycentres from isosurface, 99 % within",
             barycentres.p99,
-            limits.deviation.unwrap_or(limit(MIN_BARYCENTRE_LIMIT)),
+            bounds.barycentre,
         ),
-        Promise::voxels("isosurface from mesh, 75 % within", isosurface.p75, tolerance),
-        Promise::voxels(
-            "isosurface from mesh, 99 % within",
-            isosurface.p99,
-            limit(MIN_SURFACE_LIMIT),
-        ),
-        Promise::voxels(
-            "jumps away from events, 99 % within",
-            beyond.p99,
-            limits.jump.unwrap_or(limit(MIN_JUMP_LIMIT)),
-        ),
+        Promise::voxels("isosurface from mesh, 75 % within", isosurface.p75, bounds.typical),
+        Promise::voxels("isosurface from mesh, 99 % within", isosurface.p99, bounds.surface),
+        Promise::voxels("jumps away from events, 99 % within", beyond.p99, bounds.jump),
     ];
     if let Some(limit) = limits.radius_ratio {
         let (what, found) = ("mean radius ratio, at least", totals.radius_ratio.mean);
@@ -145,13 +172,13 @@ pub(super) fn promises(
 
 /// One sentence for each promise that is not kept.
 pub(super) fn failures(promises: &[Promise]) -> Vec<String> {
-    let broken = promises.iter().filter(|promise| promise.kept == Some(false));
-    broken
-        .map(|p| {
-            let found = p.found.map_or_else(|| "nothing".to_owned(), |x| format!("{x:.4}"));
-            let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-            let found = found.trim_end_matches('0').trim_end_matches('.');
-            format!("{}: {found}{unit}, expected {}{unit}", p.what, p.limit)
-        })
-        .collect()
+    promises.iter().filter(|promise| promise.kept == Some(false)).map(sentence).collect()
+}
+
+/// What was found and expected.
+pub(super) fn sentence(p: &Promise) -> String {
+    let found = p.found.map_or_else(|| "nothing".to_owned(), |x| format!("{x:.4}"));
+    let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+    let found = found.trim_end_matches('0').trim_end_matches('.');
+    format!("{}: {found}{unit}, expected {}{unit}", p.what, p.limit)
 }

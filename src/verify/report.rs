@@ -48,7 +48,7 @@ pub struct Report {
 }
 
 /// What helps a spectrum that breaks a promise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Remedy {
     /// Nothing: the topology is wrong, which is a fault of this library.
     None,

@@ -7,7 +7,7 @@ use isospectrum::spectrum::{About, Event, EventKind, Knot, Patch, Spectrum, Tria
 use isospectrum::unstable::extract::extract;
 use isospectrum::unstable::sweep::TRACKED_AREA_SHARE;
 use isospectrum::unstable::topology::exact::ExactField;
-use isospectrum::verify::{Limits, Report, Sampling, verify};
+use isospectrum::verify::{Limits, Report, Sampling, check, verify};
 use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, phantom, read_volume};
 use isospectrum::{Parameters, Progress, Silent};
 
@@ -23,11 +23,16 @@ fn sphere() -> Volume {
 
 /// A spectrum with one unmoving mesh: the isosurface in the middle of its range.
 fn unmoving(volume: &Volume) -> Spectrum {
+    unmoving_over(volume, HALF_RANGE)
+}
+
+/// [`unmoving`] over another range.
+fn unmoving_over(volume: &Volume, half_range: f64) -> Spectrum {
     let field = ExactField::new(volume).expect("a small volume");
     let mesh = extract(&field, ISOVALUE);
     let knots =
         mesh.positions.iter().flat_map(|&position| [0, 1].map(|rank| Knot { rank, position }));
-    let range = (ISOVALUE - HALF_RANGE, ISOVALUE + HALF_RANGE);
+    let range = (ISOVALUE - half_range, ISOVALUE + half_range);
     let patch = Patch {
         isovalues: vec![range.0, range.1],
         first_knot: (0..=mesh.positions.len() as u32).map(|v| 2 * v).collect(),
@@ -70,6 +75,30 @@ fn a_correct_spectrum_passes() {
     // those inside cells are not on the isosurface, but nearer than a flat triangle's middle.
     assert!(totals.vertex_deviation.p99.is_some_and(|d| d < 0.1));
     assert_eq!(totals.tracked_share, Some(1.0));
+}
+
+#[test]
+fn a_promise_that_other_isovalues_may_break_is_uncertain() {
+    // The mesh is 0.1 voxel, the tolerance, from the isosurface at this distance from the middle of the range.
+    let reach = 0.1 / 7.5;
+    let checked = |half_range: f64| {
+        let volume = sphere();
+        check(&unmoving_over(&volume, half_range), &volume, &Silent).expect("verifiable")
+    };
+    let near = checked(0.5 * reach);
+    assert_eq!((near.broken.len(), near.uncertain.len(), near.summary()), (0, 0, None));
+    // Beyond the tolerance is 15 % of the range, and 25 % are allowed: by chance, others have more.
+    let close = checked(reach / 0.85);
+    assert_eq!(close.broken, [""; 0]);
+    let [promise] = &close.uncertain[..] else { panic!("{close:?}") };
+    assert!(promise.starts_with("isosurface from mesh, 75 % within: "), "{promise}");
+    let summary = close.summary().expect("an uncertain promise");
+    assert_eq!(summary, format!("may not keep its promises at other isovalues: {promise}"));
+    // 40 % beyond are clearly more.
+    let far = checked(reach / 0.6);
+    let summary = far.summary().expect("a broken promise");
+    assert!(far.broken[0].starts_with("isosurface from mesh, 75 % within: "), "{far:?}");
+    assert!(summary.starts_with("does not keep its promises: isosurface from mesh"), "{summary}");
 }
 
 #[test]

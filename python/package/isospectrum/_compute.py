@@ -180,7 +180,7 @@ def compute(
         chunked array is never loaded as a whole.
     check : bool, default True
         Verify the spectrum at a few isovalues, unless it is computed in bricks, and warn with a
-        :class:`isospectrum.PromiseWarning` if it does not keep all promises.
+        :class:`isospectrum.PromiseWarning` if it does not keep all promises, or may not keep them at other isovalues.
     backend : {"auto", "gpu", "cpu"}, default "auto"
         Where vertices are moved. ``"auto"`` is a GPU for volumes of 32^3 samples and more if there is one, which is looked for once.
     adapter : str, optional

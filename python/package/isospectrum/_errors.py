@@ -49,7 +49,7 @@ class Warning(UserWarning):  # noqa: A001 (read by its full name, isospectrum.Wa
 
 
 class PromiseWarning(Warning):
-    """A spectrum does not keep all promises of ``verify``; the message says which, and what helps."""
+    """A spectrum does not keep all promises of ``verify``, or may not at other isovalues; the message says which, and what helps."""
 
 
 for _class in (
