@@ -8,8 +8,20 @@ use isospectrum::{Mesh, Query, Result, Spectrum};
 
 /// A spectrum in memory, or a file. The index for queries is built on first use.
 pub(crate) enum Handle {
-    Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Query<Arc<Spectrum>>>> },
-    File { file: Arc<SpectrumFile>, query: Box<Mutex<FileQuery>> },
+    Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Asked<Query<Arc<Spectrum>>>>> },
+    File { file: Arc<SpectrumFile>, query: Box<Mutex<Asked<FileQuery>>> },
+}
+
+/// A query, and a mesh whose memory is used again.
+pub(crate) struct Asked<Q> {
+    query: Q,
+    mesh: Mesh,
+}
+
+impl<Q> Asked<Q> {
+    fn new(query: Q) -> Mutex<Self> {
+        Mutex::new(Asked { query, mesh: Mesh::default() })
+    }
 }
 
 impl Handle {
@@ -23,7 +35,7 @@ impl Handle {
             return file::thesis::read(path).map(Handle::whole);
         }
         let file = Arc::new(SpectrumFile::open(path)?);
-        let query = Box::new(Mutex::new(FileQuery::new(file.clone())));
+        let query = Box::new(Asked::new(FileQuery::new(file.clone())));
         Ok(Handle::File { file, query })
     }
 
@@ -32,6 +44,14 @@ impl Handle {
         match self {
             Handle::Whole { spectrum, .. } => spectrum,
             Handle::File { file, .. } => file.description(),
+        }
+    }
+
+    /// The file, if the spectrum is one.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Handle::Whole { .. } => None,
+            Handle::File { file, .. } => Some(file.path()),
         }
     }
 
@@ -52,10 +72,29 @@ impl Handle {
     pub(crate) fn mesh_at(&self, isovalue: f64) -> Result<Mesh> {
         match self {
             Handle::Whole { spectrum, query } => {
-                let query = query.get_or_init(|| Mutex::new(Query::new(spectrum.clone())));
-                locked(query).mesh_at(isovalue)
+                let query = query.get_or_init(|| Asked::new(Query::new(spectrum.clone())));
+                locked(query).query.mesh_at(isovalue)
             }
-            Handle::File { query, .. } => locked(query).mesh_at(isovalue),
+            Handle::File { query, .. } => locked(query).query.mesh_at(isovalue),
+        }
+    }
+
+    /// Calls `take` with the mesh at an isovalue, in the voxel frame.
+    pub(crate) fn with_mesh_at<R>(
+        &self,
+        isovalue: f64,
+        take: impl FnOnce(&Mesh) -> R,
+    ) -> Result<R> {
+        match self {
+            Handle::Whole { spectrum, query } => {
+                let query = query.get_or_init(|| Asked::new(Query::new(spectrum.clone())));
+                let Asked { query, mesh } = &mut *locked(query);
+                query.mesh_at_into(isovalue, mesh).map(|()| take(mesh))
+            }
+            Handle::File { query, .. } => {
+                let Asked { query, mesh } = &mut *locked(query);
+                query.mesh_at_into(isovalue, mesh).map(|()| take(mesh))
+            }
         }
     }
 
@@ -63,7 +102,7 @@ impl Handle {
     pub(crate) fn around(&self, isovalues: &[f64]) -> Result<Arc<Spectrum>> {
         match self {
             Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
-            Handle::File { query, .. } => locked(query).around(isovalues),
+            Handle::File { query, .. } => locked(query).query.around(isovalues),
         }
     }
 
@@ -71,7 +110,7 @@ impl Handle {
     pub(crate) fn all(&self) -> Result<Arc<Spectrum>> {
         match self {
             Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
-            Handle::File { query, .. } => locked(query).whole(),
+            Handle::File { query, .. } => locked(query).query.whole(),
         }
     }
 }

@@ -17,14 +17,15 @@ use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::cutaway_arguments::CutawayArguments;
+use super::interrupt::Signals;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::number_argument::{not_negative, positive};
-use super::output::Output;
 use super::progress::Bar;
 use super::spectrum_file::{Opened, PACK_BYTES, check_memory};
 use super::surface_argument::SurfaceArgument;
 use super::{driver_warning, empty, heading, report};
+use isospectrum::file::Output;
 
 /// Size of a page in bytes above which a warning is printed: it loads slowly, and mail servers refuse it.
 const LARGE_PAGE: usize = 25_000_000;
@@ -179,7 +180,7 @@ impl Html {
             None => page::html(&spectrum, &page)?,
         };
         let name: PathBuf = output.name().into();
-        output.write_bytes(text.as_bytes())?;
+        output.write_bytes(&Signals, text.as_bytes())?;
         drop(bar);
         report_sizes(&name, &spectrum, sizes, self.link.as_deref());
         Ok(())
