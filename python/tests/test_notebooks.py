@@ -42,8 +42,7 @@ def texts(notebook) -> list[str]:
 
 
 @pytest.mark.parametrize("name", OUTPUTS)
-def test_a_notebook_runs(name, tmp_path, monkeypatch):
-    monkeypatch.setenv("TQDM_DISABLE", "1")
+def test_a_notebook_runs(name, tmp_path):
     path = NOTEBOOKS / f"{name}.ipynb"
     stored, notebook = (nbformat.read(path, as_version=4) for _ in range(2))
     NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
