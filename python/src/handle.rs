@@ -8,7 +8,7 @@ use isospectrum::{Mesh, Query, Result, Spectrum};
 
 /// A spectrum in memory, or a file. The index for queries is built on first use.
 pub(crate) enum Handle {
-    Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Asked<Query<Arc<Spectrum>>>>> },
+    Whole { spectrum: Arc<Spectrum>, query: Box<OnceLock<Mutex<Asked<Query<Arc<Spectrum>>>>>> },
     File { file: Arc<SpectrumFile>, query: Box<Mutex<Asked<FileQuery>>> },
 }
 
@@ -19,14 +19,14 @@ pub(crate) struct Asked<Q> {
 }
 
 impl<Q> Asked<Q> {
-    fn new(query: Q) -> Mutex<Self> {
+    fn shared(query: Q) -> Mutex<Self> {
         Mutex::new(Asked { query, mesh: Mesh::default() })
     }
 }
 
 impl Handle {
     pub(crate) fn whole(spectrum: Spectrum) -> Handle {
-        Handle::Whole { spectrum: Arc::new(spectrum), query: OnceLock::new() }
+        Handle::Whole { spectrum: Arc::new(spectrum), query: Box::default() }
     }
 
     /// Opens a file of either format.
@@ -35,7 +35,7 @@ impl Handle {
             return file::thesis::read(path).map(Handle::whole);
         }
         let file = Arc::new(SpectrumFile::open(path)?);
-        let query = Box::new(Asked::new(FileQuery::new(file.clone())));
+        let query = Box::new(Asked::shared(FileQuery::new(file.clone())));
         Ok(Handle::File { file, query })
     }
 
@@ -72,7 +72,7 @@ impl Handle {
     pub(crate) fn mesh_at(&self, isovalue: f64) -> Result<Mesh> {
         match self {
             Handle::Whole { spectrum, query } => {
-                let query = query.get_or_init(|| Asked::new(Query::new(spectrum.clone())));
+                let query = query.get_or_init(|| Asked::shared(Query::new(spectrum.clone())));
                 locked(query).query.mesh_at(isovalue)
             }
             Handle::File { query, .. } => locked(query).query.mesh_at(isovalue),
@@ -87,7 +87,7 @@ impl Handle {
     ) -> Result<R> {
         match self {
             Handle::Whole { spectrum, query } => {
-                let query = query.get_or_init(|| Asked::new(Query::new(spectrum.clone())));
+                let query = query.get_or_init(|| Asked::shared(Query::new(spectrum.clone())));
                 let Asked { query, mesh } = &mut *locked(query);
                 query.mesh_at_into(isovalue, mesh).map(|()| take(mesh))
             }

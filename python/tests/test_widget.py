@@ -77,10 +77,10 @@ def test_the_isovalue_is_a_trait(small):
 
 
 def test_its_picture_is_shown_where_no_widget_can_be(small, monkeypatch):
-    w = small.widget(0.3, height=90, color="quality", clip="x:50%", title="Part")
+    w = small.widget(0.3, height=120, color="quality", clip="x:50%", title="Part")
     data, _ = w._repr_mimebundle_()
     assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == w.model_id
-    same = {"size": (120, 90), "color": "quality", "clip": "x:50%"}
+    same = {"size": (160, 120), "color": "quality", "clip": "x:50%"}
     assert base64.b64decode(data["image/png"]) == small.render(0.3, **same)._repr_png_()
     w.isovalue = 0.5
     moved, _ = w._repr_mimebundle_()

@@ -236,16 +236,18 @@ impl Html {
         }
         let mut surfaces = surfaces.into_iter();
         let first = surfaces.next();
-        let mut look = Look::default();
-        look.occlusion = self.occlusion;
-        look.light = self.light;
-        look.wireframe = self.wireframe;
-        look.opacity =
-            first.and_then(|surface| surface.opacity).unwrap_or(self.cutaway.opacity as f32);
-        look.clip = self.cutaway.clip.map(|clip| clip.of(spectrum.volume()));
-        look.background = self.background;
-        look.front = first.and_then(|surface| surface.color);
-        look.also = surfaces.collect();
+        let look = Look {
+            occlusion: self.occlusion,
+            light: self.light,
+            wireframe: self.wireframe,
+            opacity: first
+                .and_then(|surface| surface.opacity)
+                .unwrap_or(self.cutaway.opacity as f32),
+            clip: self.cutaway.clip.map(|clip| clip.of(spectrum.volume())),
+            background: self.background,
+            front: first.and_then(|surface| surface.color),
+            also: surfaces.collect(),
+        };
         Ok((first, look))
     }
 
