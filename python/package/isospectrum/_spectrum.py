@@ -13,7 +13,7 @@ import numpy as np
 from . import _appearance, _native, _progress
 from ._arguments import choice, path_of, public, whole
 from ._drawing import several_of, volume_like
-from ._errors import UsageError
+from ._errors import Error, UsageError
 from ._isovalue import Isovalue, as_text, evenly_spaced
 from ._looks import Numbers
 from ._mesh import Mesh
@@ -252,7 +252,8 @@ class Spectrum(Writing):
             vertices, triangles, normals = out
             n, m = self._native.fill(isovalue, open, keep, is_turned, vertices, triangles, normals)
         except (TypeError, ValueError) as error:
-            if isinstance(error, UsageError):
+            # Those of the package say more.
+            if isinstance(error, Error):
                 raise
             raise UsageError("out, expected three writeable arrays: vertices (n, 3) float32, triangles (m, 3) int32, normals (n, 3) float32") from None
         if min(len(vertices), len(normals)) < n or len(triangles) < m:
