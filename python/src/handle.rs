@@ -8,8 +8,8 @@ use isospectrum::{Mesh, Query, Result, Spectrum};
 
 /// A spectrum in memory, or a file. The index for queries is built on first use.
 pub(crate) enum Handle {
-    Whole { spectrum: Arc<Spectrum>, query: Box<OnceLock<Mutex<Asked<Query<Arc<Spectrum>>>>>> },
-    File { file: Arc<SpectrumFile>, query: Box<Mutex<Asked<FileQuery>>> },
+    Whole { spectrum: Arc<Spectrum>, query: Box<OnceLock<Shared<Query<Arc<Spectrum>>>>> },
+    File { file: Arc<SpectrumFile>, query: Box<Shared<FileQuery>> },
 }
 
 /// A query, and a mesh whose memory is used again.
@@ -18,8 +18,11 @@ pub(crate) struct Asked<Q> {
     mesh: Mesh,
 }
 
+/// A query for one thread at a time.
+type Shared<Q> = Mutex<Asked<Q>>;
+
 impl<Q> Asked<Q> {
-    fn shared(query: Q) -> Mutex<Self> {
+    fn shared(query: Q) -> Shared<Q> {
         Mutex::new(Asked { query, mesh: Mesh::default() })
     }
 }
