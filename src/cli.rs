@@ -1,4 +1,4 @@
-//! The command line: its commands, and what all of them share.
+//! The program: its commands, and what all of them share.
 //!
 //! A command is a struct of flags with a method `run`, one file each. It parses, validates, then works: a fault that the
 //! flags alone reveal is reported before any file is read. Data and reports go to stdout, messages and progress to stderr.
@@ -19,16 +19,14 @@ mod cutaway_arguments;
 mod demo;
 mod driver_warning;
 mod empty;
-pub(crate) mod exit_code;
+mod exit_code;
 mod extract;
 mod failed_allocation;
-mod film;
-mod frames;
 mod gpu;
 mod heading;
 mod html;
 mod info;
-pub(crate) mod interrupt;
+mod interrupt;
 mod isovalue;
 mod keep_arguments;
 mod kind;
@@ -42,18 +40,17 @@ mod parts;
 mod plan;
 mod preparation_arguments;
 mod progress;
-mod pvd;
 mod render;
 mod report;
-mod series;
 mod simplify_arguments;
 mod size_argument;
 mod spectrum_file;
 mod surface_argument;
+mod sweep_argument;
 mod target;
-pub(crate) mod terminal;
+mod terminal;
 mod threads;
-pub(crate) mod usage;
+mod usage;
 mod verify;
 #[cfg(feature = "viewer")]
 mod view;
@@ -62,7 +59,9 @@ mod view;
 mod view;
 mod volume_arguments;
 
+use std::ffi::OsString;
 use std::io;
+use std::panic::catch_unwind;
 
 use clap::{ArgAction, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
@@ -73,7 +72,7 @@ use clap::{ArgAction, CommandFactory as _, FromArgMatches as _, Parser, Subcomma
 #[derive(Debug, Parser)]
 #[command(name = "isospectrum", version, disable_help_flag = true, disable_version_flag = true)]
 #[command(after_help = EXIT_CODES, after_long_help = LONG_EXIT_CODES)]
-pub(crate) struct Cli {
+struct Cli {
     #[command(subcommand)]
     command: Command,
     /// Suppress everything but errors
@@ -127,7 +126,7 @@ enum Command {
 }
 
 /// Returns the definition of the whole command line.
-pub(crate) fn definition() -> clap::Command {
+fn definition() -> clap::Command {
     // A negative number is a value, so that the check of its flag can name the range.
     let numbers = |arg: clap::Arg| {
         let takes_value = arg.get_action().takes_values() && !arg.is_positional();
@@ -137,13 +136,38 @@ pub(crate) fn definition() -> clap::Command {
     Cli::command().mut_subcommands(|command| command.disable_help_flag(true).mut_args(numbers))
 }
 
-/// Parses the arguments of the program.
-pub(crate) fn parse() -> Result<Cli, clap::Error> {
-    Cli::from_arg_matches(&definition().try_get_matches()?)
+/// Runs the program: parses the command line, which begins with the name of the program, runs the command, prints the error. Returns
+/// the exit code.
+pub fn main(arguments: Vec<OsString>) -> u8 {
+    std::panic::set_hook(Box::new(|panic| {
+        // Such a panic becomes an error of a file or a driver.
+        if isospectrum::unstable::caught_panic::is_catching() {
+            return;
+        }
+        let panic = terminal::line(&panic.to_string());
+        terminal::print_message(&format!("internal error, please report it: {panic}"));
+    }));
+    let matches = definition().try_get_matches_from(&arguments);
+    let parsed = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(parsed) => parsed,
+        Err(error) => return usage::report(&error, &definition(), &arguments),
+    };
+    match catch_unwind(|| run(&parsed)) {
+        Ok(Ok(())) => exit_code::SUCCESS,
+        Ok(Err(error)) if is_broken_pipe(&error) => exit_code::SUCCESS,
+        Ok(Err(error)) => {
+            // Kept to the end, so that no signal prints a second message.
+            std::mem::forget(interrupt::lock_final_message());
+            terminal::print_message(&one_line(&error));
+            exit_code::of(&error)
+        }
+        // The hook has printed the panic.
+        Err(_) => exit_code::OTHER,
+    }
 }
 
 /// Runs the command.
-pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
+fn run(arguments: &Cli) -> anyhow::Result<()> {
     start_log(arguments);
     failed_allocation::install();
     interrupt::install(progress::clear);
@@ -188,7 +212,7 @@ fn start_log(arguments: &Cli) {
 }
 
 /// True if the reader of our output has closed the pipe, as `head` does: no error.
-pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|e| {
         let of_system = e.downcast_ref::<io::Error>();
         of_system.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
@@ -196,7 +220,7 @@ pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
 }
 
 /// Returns the error and its causes on one line for a terminal, each cause once.
-pub(crate) fn one_line(error: &anyhow::Error) -> String {
+fn one_line(error: &anyhow::Error) -> String {
     let mut line = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
         if !line.contains(&cause) {

@@ -43,6 +43,7 @@ mod writer;
 
 pub use crate::atomic_file::{block_writes, final_path, parent_folder, write_atomically};
 pub use crate::atomic_folder::{TemporaryFolder, WorkFolder};
+pub use crate::output::Output;
 pub use file_query::FileQuery;
 pub use header::{MAGIC, VERSION};
 pub use partial_spectrum::PartialSpectrum;

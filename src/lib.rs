@@ -11,6 +11,7 @@
 //! | [`mod@file`] | files and folders of spectra |
 //! | [`export`] | mesh formats of other programs |
 //! | [`color`], [`color_sources`], [`render`], [`page`] | colours, pictures, web pages |
+//! | [`extraction`], [`series`] | meshes of one isovalue or several as files; numbered pictures and films |
 //! | [`verify`](mod@verify) | verification of a spectrum against its volume |
 //! | [`bricks`] | computation of volumes larger than memory, or on several machines |
 //! | [`settings`] | lengths, percentages and ranges as users write them |
@@ -54,8 +55,8 @@
     allow(dead_code, unused_imports, reason = "used by optional features only")
 )]
 
-// Tests in `src` and in `tests` share files that name the library.
-#[cfg(test)]
+// Tests in `src` and in `tests` share files that name the library, and so does the program.
+#[cfg(any(test, feature = "cli"))]
 extern crate self as isospectrum;
 
 mod abandoned;
@@ -63,12 +64,17 @@ mod atomic_file;
 mod atomic_folder;
 pub mod bricks;
 mod caught_panic;
+/// The program, which is no part of the public interface.
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 pub mod color;
 pub mod color_sources;
 mod disjoint_sets;
 mod error;
 pub mod export;
 mod extract;
+pub mod extraction;
 mod field;
 pub mod file;
 mod forecast;
@@ -77,6 +83,7 @@ mod input;
 mod kernels;
 mod mesh;
 mod numbers;
+mod output;
 pub mod page;
 mod parse_name;
 mod ply_reader;
@@ -84,6 +91,7 @@ mod prepared;
 mod progress;
 mod random;
 pub mod render;
+pub mod series;
 mod setters;
 pub mod settings;
 pub mod spectrum;

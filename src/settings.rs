@@ -9,6 +9,7 @@ mod length;
 mod noise;
 mod preparation;
 mod region;
+mod short_number;
 mod sweep;
 mod threads;
 
@@ -18,5 +19,6 @@ pub use length::Length;
 pub use noise::{NoiseSettings, Persistence};
 pub use preparation::PreparationSettings;
 pub use region::{AxisRange, Region};
+pub use short_number::short_number;
 pub use sweep::SweepSettings;
 pub use threads::{startable_threads, useful_threads};

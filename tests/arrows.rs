@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A room may use the rooms listed before it. `main` and `cli` are a separate crate, which may use all of them.
+/// A room may use the rooms listed before it. `main` and `cli` are the program, which may use all of them.
 const ORDER: &[&str] = &[
     "numbers",
     "caught_panic",
@@ -20,6 +20,7 @@ const ORDER: &[&str] = &[
     "abandoned",
     "atomic_file",
     "atomic_folder",
+    "output",
     "volume",
     "topology",
     "field",
@@ -35,11 +36,13 @@ const ORDER: &[&str] = &[
     "color",
     "export",
     "render",
+    "series",
     "page",
     "verify",
     "prepared",
     "settings",
     "color_sources",
+    "extraction",
     "bricks",
     "view",
     "lib",

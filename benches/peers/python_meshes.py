@@ -2,7 +2,7 @@
 """Times the Python package against scikit-image, VTK and PyVista, alternating in one run.
 
 For each isovalue of a walk in small moves and of random jumps, all run directly one after the other, so that other load on the
-machine slows all of them: `s.mesh(c)` up to arrays of vertices, triangles and normals in Python; VTK's flying edges and
+machine slows all of them: `s.mesh(c)` up to arrays of vertices, triangles and normals in Python, and to arrays that are given; VTK's flying edges and
 PyVista's `contour` by it, and scikit-image's marching cubes, up to the same. One thread each. It prints medians of the
 ratios of such pairs; below 1 the spectrum is faster.
 
@@ -36,6 +36,11 @@ def by_spectrum(spectrum):
         return mesh.vertices, mesh.triangles, mesh.normals
 
     return query
+
+
+def into_arrays(spectrum):
+    out = tuple(numpy.empty((1 << 20, 3), kind) for kind in (numpy.float32, numpy.int32, numpy.float32))
+    return lambda c: spectrum.mesh(c, out=out)
 
 
 def by_flying_edges(samples):
@@ -94,6 +99,7 @@ def main():
     if arguments.range:
         low, high = (float(x) for x in arguments.range.split(":"))
     peers = {
+        "s.mesh(c, out=...)": into_arrays(spectrum),
         "VTK flying edges": by_flying_edges(samples),
         "pyvista.contour": by_pyvista(samples),
         "skimage.measure.marching_cubes": by_scikit_image(samples),

@@ -3,7 +3,7 @@
 use std::str::FromStr as _;
 
 use isospectrum::color::{Color, Map, ScaleEnds};
-use isospectrum::render::{Axis, Background, Camera, Clip, Light};
+use isospectrum::render::{Axis, Background, Camera, Clip, Light, Surface, reveal_inner};
 use isospectrum::{Error, Keep, Result, Spectrum};
 use pyo3::prelude::*;
 
@@ -81,6 +81,14 @@ impl Appearance {
 
     pub(crate) fn clip(&self) -> Option<Clip> {
         self.clip.map(|(normal, offset)| Clip { normal, offset })
+    }
+
+    /// Surfaces of which the inner ones can be seen, unless an opacity is given.
+    pub(crate) fn revealed(&self, mut surfaces: Vec<Surface>) -> Vec<Surface> {
+        if self.opacity == 1.0 {
+            reveal_inner(&mut surfaces);
+        }
+        surfaces
     }
 
     pub(crate) fn keep(&self, spectrum: &Spectrum) -> Keep {

@@ -38,7 +38,7 @@ pub(crate) fn raised(error: isospectrum::Error) -> PyErr {
 }
 
 /// Flags of the program in messages, and the arguments that they are here; longer ones come first.
-const ARGUMENTS: [(&str, &str); 20] = [
+const ARGUMENTS: [(&str, &str); 21] = [
     ("--nan-as VALUE", "nan_as=VALUE"),
     ("--spacing X,Y,Z", "spacing=(X, Y, Z)"),
     ("--dims 128x128x128", "dims=(128, 128, 128)"),
@@ -53,6 +53,7 @@ const ARGUMENTS: [(&str, &str); 20] = [
     ("--slices", "slices="),
     ("--frame", "frame="),
     ("--array", "array="),
+    ("--fps", "fps="),
     ("--start", "start="),
     ("--brick", "brick="),
     ("--range", "range="),

@@ -8,13 +8,28 @@ use isospectrum::{Mesh, Query, Result, Spectrum};
 
 /// A spectrum in memory, or a file. The index for queries is built on first use.
 pub(crate) enum Handle {
-    Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Query<Arc<Spectrum>>>> },
-    File { file: Arc<SpectrumFile>, query: Box<Mutex<FileQuery>> },
+    Whole { spectrum: Arc<Spectrum>, query: Box<OnceLock<Shared<Query<Arc<Spectrum>>>>> },
+    File { file: Arc<SpectrumFile>, query: Box<Shared<FileQuery>> },
+}
+
+/// A query, and a mesh whose memory is used again.
+pub(crate) struct Asked<Q> {
+    query: Q,
+    mesh: Mesh,
+}
+
+/// A query for one thread at a time.
+type Shared<Q> = Mutex<Asked<Q>>;
+
+impl<Q> Asked<Q> {
+    fn shared(query: Q) -> Shared<Q> {
+        Mutex::new(Asked { query, mesh: Mesh::default() })
+    }
 }
 
 impl Handle {
     pub(crate) fn whole(spectrum: Spectrum) -> Handle {
-        Handle::Whole { spectrum: Arc::new(spectrum), query: OnceLock::new() }
+        Handle::Whole { spectrum: Arc::new(spectrum), query: Box::default() }
     }
 
     /// Opens a file of either format.
@@ -23,7 +38,7 @@ impl Handle {
             return file::thesis::read(path).map(Handle::whole);
         }
         let file = Arc::new(SpectrumFile::open(path)?);
-        let query = Box::new(Mutex::new(FileQuery::new(file.clone())));
+        let query = Box::new(Asked::shared(FileQuery::new(file.clone())));
         Ok(Handle::File { file, query })
     }
 
@@ -32,6 +47,14 @@ impl Handle {
         match self {
             Handle::Whole { spectrum, .. } => spectrum,
             Handle::File { file, .. } => file.description(),
+        }
+    }
+
+    /// The file, if the spectrum is one.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Handle::Whole { .. } => None,
+            Handle::File { file, .. } => Some(file.path()),
         }
     }
 
@@ -52,10 +75,29 @@ impl Handle {
     pub(crate) fn mesh_at(&self, isovalue: f64) -> Result<Mesh> {
         match self {
             Handle::Whole { spectrum, query } => {
-                let query = query.get_or_init(|| Mutex::new(Query::new(spectrum.clone())));
-                locked(query).mesh_at(isovalue)
+                let query = query.get_or_init(|| Asked::shared(Query::new(spectrum.clone())));
+                locked(query).query.mesh_at(isovalue)
             }
-            Handle::File { query, .. } => locked(query).mesh_at(isovalue),
+            Handle::File { query, .. } => locked(query).query.mesh_at(isovalue),
+        }
+    }
+
+    /// Calls `take` with the mesh at an isovalue, in the voxel frame.
+    pub(crate) fn with_mesh_at<R>(
+        &self,
+        isovalue: f64,
+        take: impl FnOnce(&Mesh) -> R,
+    ) -> Result<R> {
+        match self {
+            Handle::Whole { spectrum, query } => {
+                let query = query.get_or_init(|| Asked::shared(Query::new(spectrum.clone())));
+                let Asked { query, mesh } = &mut *locked(query);
+                query.mesh_at_into(isovalue, mesh).map(|()| take(mesh))
+            }
+            Handle::File { query, .. } => {
+                let Asked { query, mesh } = &mut *locked(query);
+                query.mesh_at_into(isovalue, mesh).map(|()| take(mesh))
+            }
         }
     }
 
@@ -63,7 +105,7 @@ impl Handle {
     pub(crate) fn around(&self, isovalues: &[f64]) -> Result<Arc<Spectrum>> {
         match self {
             Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
-            Handle::File { query, .. } => locked(query).around(isovalues),
+            Handle::File { query, .. } => locked(query).query.around(isovalues),
         }
     }
 
@@ -71,7 +113,7 @@ impl Handle {
     pub(crate) fn all(&self) -> Result<Arc<Spectrum>> {
         match self {
             Handle::Whole { spectrum, .. } => Ok(spectrum.clone()),
-            Handle::File { query, .. } => locked(query).whole(),
+            Handle::File { query, .. } => locked(query).query.whole(),
         }
     }
 }

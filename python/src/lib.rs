@@ -16,7 +16,9 @@ mod errors;
 mod handle;
 mod identities;
 mod picture;
+mod program;
 mod reports;
+mod series;
 mod spectrum;
 mod surface;
 mod threads;
@@ -40,11 +42,15 @@ mod native {
     #[pymodule_export]
     use crate::picture::Picture;
     #[pymodule_export]
+    use crate::program::run_program;
+    #[pymodule_export]
+    use crate::series::{extract, film, write_morph};
+    #[pymodule_export]
     use crate::spectrum::{Spectrum, write_file};
     #[pymodule_export]
     use crate::surface::Surface;
     #[pymodule_export]
     use crate::threads::after_fork;
     #[pymodule_export]
-    use crate::volume::{Volume, unit_in_mm};
+    use crate::volume::{Volume, short_number, unit_in_mm};
 }

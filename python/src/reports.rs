@@ -83,6 +83,36 @@ pub(crate) fn events<'py>(
     Ok(columns)
 }
 
+/// By event, in their order: the components and the Euler characteristic of the isosurface at its isovalue, which is that above it
+/// up to the next event. `components` and `euler` are those at `low`, the lowest isovalue.
+pub(crate) fn after_events(
+    events: &[Event],
+    low: f64,
+    components: i64,
+    euler: i64,
+) -> (Vec<i64>, Vec<i64>) {
+    // Components and Euler characteristic that an event adds.
+    let change = |event: &Event| match event.kind {
+        EventKind::Emerge | EventKind::Split => (1, 2),
+        EventKind::Merge | EventKind::Vanish => (-1, -2),
+        EventKind::HandleOpen => (0, -2),
+        EventKind::HandleClose => (0, 2),
+    };
+    let mut order: Vec<usize> = (0..events.len()).collect();
+    order.sort_by(|&a, &b| events[a].isovalue.total_cmp(&events[b].isovalue));
+    // What is at `low` includes the events there.
+    let there = order.iter().map(|&i| &events[i]).take_while(|event| event.isovalue <= low);
+    let mut now = there.map(change).fold((components, euler), |n, d| (n.0 - d.0, n.1 - d.1));
+    let mut after = (vec![0; events.len()], vec![0; events.len()]);
+    for same in order.chunk_by(|&a, &b| events[a].isovalue == events[b].isovalue) {
+        now = same.iter().map(|&i| change(&events[i])).fold(now, |n, d| (n.0 + d.0, n.1 + d.1));
+        for &i in same {
+            (after.0[i], after.1[i]) = now;
+        }
+    }
+    after
+}
+
 /// The name of a kind of event, as in files and reports.
 fn kind(kind: EventKind) -> &'static str {
     match kind {

@@ -5,32 +5,34 @@ use std::sync::Arc;
 
 use isospectrum::export;
 use isospectrum::page::{self, Page};
-use isospectrum::render::{Background, Renderer, View};
+use isospectrum::render::{Background, Renderer};
 use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Histogram, Statistics};
 use isospectrum::{Error, Mesh, Prepared, Query, Result, color_sources, file};
+use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::appearance::{Appearance, Kept, kept};
 use crate::arguments;
+use crate::arrays::{Rows, Target, rows_of};
 use crate::backend;
 use crate::errors::raised;
 use crate::handle::Handle;
 use crate::identities::{self, Lifetimes, Trajectory};
-use crate::picture::{Picture, Shown, still, surfaces_of};
+use crate::picture::{Picture, Pictured, Shown, still, surfaces_of};
 use crate::reports::{self, Curves};
 use crate::surface::{Surface, shown, shown_with_ids};
 use crate::volume::Volume;
 use crate::watch::{detached, watched};
 
 /// How error messages name the argument for the volume.
-const VOLUME: &str = "volume=";
+pub(crate) const VOLUME: &str = "volume=";
 
 /// A spectrum, or a folder of its parts.
 #[pyclass(frozen, module = "isospectrum._native")]
-pub(crate) struct Spectrum(Arc<Handle>);
+pub(crate) struct Spectrum(pub(crate) Arc<Handle>);
 
 /// Writes a file atomically.
 #[pyfunction]
@@ -121,6 +123,38 @@ impl Spectrum {
         })
     }
 
+    /// Writes the mesh at an isovalue to arrays, as [`Surface::arrays`] returns it. Returns its numbers of vertices and triangles; if the
+    /// arrays have fewer rows, nothing is written.
+    #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
+    fn fill(
+        &self,
+        py: Python<'_>,
+        isovalue: f64,
+        open: bool,
+        keep: Option<Kept>,
+        is_turned: bool,
+        vertices: Rows<'_, f32>,
+        triangles: Rows<'_, i32>,
+        normals: Rows<'_, f32>,
+    ) -> PyResult<(usize, usize)> {
+        let [mut vertices, mut normals] = [vertices, normals];
+        let mut triangles = triangles;
+        let target = Target {
+            vertices: rows_of(&mut vertices, "vertices")?,
+            triangles: rows_of(&mut triangles, "triangles")?,
+            normals: rows_of(&mut normals, "normals")?,
+        };
+        detached(py, || {
+            let placement = self.0.summary().volume().placement;
+            if keep.is_none() && !open {
+                return self
+                    .0
+                    .with_mesh_at(isovalue, |mesh| target.fill(mesh, &placement, is_turned));
+            }
+            Ok(target.fill(&self.mesh_at(isovalue, open, keep)?, &placement, is_turned))
+        })
+    }
+
     /// The trajectory of a vertex: isovalues, and positions in the world frame.
     fn trajectory<'py>(&self, py: Python<'py>, vertex: usize) -> PyResult<Trajectory<'py>> {
         let spectrum = detached(py, || self.0.all())?;
@@ -147,10 +181,19 @@ impl Spectrum {
         curves.columns(py)
     }
 
-    /// Columns of all events.
+    /// Columns of all events, with the components and the Euler characteristic of the isosurface from each on.
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let spectrum = self.0.summary();
-        reports::events(py, spectrum.events(), &spectrum.volume().placement)
+        let low = spectrum.range().0;
+        let (components, euler) = detached(py, || {
+            let first = Components::of(&self.0.around(&[low])?.mesh_at(low)?);
+            let euler = first.list.iter().map(|component| component.euler).sum();
+            Ok(reports::after_events(spectrum.events(), low, first.list.len() as i64, euler))
+        })?;
+        let columns = reports::events(py, spectrum.events(), &spectrum.volume().placement)?;
+        columns.set_item("components", components.into_pyarray(py))?;
+        columns.set_item("euler", euler.into_pyarray(py))?;
+        Ok(columns)
     }
 
     /// Columns of the components at an isovalue.
@@ -195,51 +238,27 @@ impl Spectrum {
     }
 
     /// Draws isosurfaces, each with its isovalue, sRGB colour and opacity.
-    #[pyo3(signature = (surfaces, size, appearance, legend, scale_bar, label, fit_volume, volume, color_by, adapter))]
-    #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
+    #[pyo3(signature = (surfaces, pictured, appearance, volume, color_by))]
     fn render(
         &self,
         py: Python<'_>,
         surfaces: Vec<Shown>,
-        size: (u32, u32),
+        pictured: Pictured,
         appearance: Appearance,
-        legend: bool,
-        scale_bar: bool,
-        label: Option<String>,
-        fit_volume: bool,
         volume: Option<&Bound<'_, Volume>>,
         color_by: Option<&Bound<'_, Volume>>,
-        adapter: Option<String>,
     ) -> PyResult<Picture> {
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.0).collect();
-        let surfaces = surfaces_of(surfaces);
+        let surfaces = appearance.revealed(surfaces_of(surfaces));
         let handle = self.0.clone();
         let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
-        let gpu = backend::gpu(py, adapter)?;
+        let gpu = backend::gpu(py, pictured.adapter.clone())?;
         watched(py, None, move |_| {
             for &isovalue in &isovalues {
                 handle.summary().check_isovalue(isovalue)?;
             }
             let spectrum = handle.around(&isovalues)?;
-            let mut view = View::default()
-                .with_width(size.0)
-                .with_height(size.1)
-                .with_camera(appearance.camera()?)
-                .with_color(appearance.color(color_by.is_some())?)
-                .with_map(appearance.map()?)
-                .with_ends(appearance.ends()?)
-                .with_background(appearance.background()?.unwrap_or_default())
-                .with_light(appearance.light()?)
-                .with_clip(appearance.clip())
-                .with_wireframe(appearance.wireframe.then_some(1.0))
-                .with_opacity(appearance.opacity)
-                .with_occlusion(appearance.occlusion)
-                .with_axes(appearance.axes)
-                .with_scale_bar(scale_bar || appearance.axes)
-                .with_legend(legend)
-                .with_label(label)
-                .with_open(appearance.open)
-                .with_keep(appearance.keep(&spectrum));
+            let mut view = pictured.view(&appearance, &spectrum, color_by.is_some())?;
             let volume = volume.map(|v| color_sources::swept_volume(v, &spectrum)).transpose()?;
             let sources = color_sources::sources(
                 &spectrum,
@@ -250,7 +269,9 @@ impl Spectrum {
             )?;
             let mut renderer = Renderer::new(&gpu, &spectrum)?;
             renderer.set_sources(sources);
-            if !fit_volume && let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
+            if !pictured.fit_volume
+                && let Some(bounds) = renderer.bounds(&isovalues, &view.keep)?
+            {
                 view.fit(spectrum.volume(), bounds);
             }
             renderer.draw_all(&surfaces, &view)
@@ -280,7 +301,7 @@ impl Spectrum {
     ) -> PyResult<String> {
         let handle = self.0.clone();
         let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
-        let mut also = surfaces_of(surfaces);
+        let mut also = appearance.revealed(surfaces_of(surfaces));
         let gpu = if has_still { backend::gpu_if_any(py)? } else { None };
         watched(py, None, move |_| {
             let volume =

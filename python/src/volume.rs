@@ -62,6 +62,12 @@ impl ReadArguments {
     }
 }
 
+/// A number as reports and labels show it: five significant digits.
+#[pyfunction]
+pub(crate) fn short_number(x: f64) -> String {
+    isospectrum::settings::short_number(x)
+}
+
 /// Length of a unit in millimetres, by its name or symbol; `None` for an unknown name.
 #[pyfunction]
 pub(crate) fn unit_in_mm(name: &str) -> Option<f64> {

@@ -189,3 +189,50 @@ def test_stubs_and_docstrings_exist():
         for attribute, value in vars(thing).items() if isinstance(thing, type) else ():
             if not attribute.startswith("_") and callable(value):
                 assert value.__doc__, f"{name}.{attribute}"
+
+
+@pytest.mark.parametrize("options", [{}, {"open": True}, {"keep": "largest"}, {"gradient_direction": "ascent"}])
+def test_a_mesh_is_written_to_arrays_that_are_given(options):
+    # Left-handed, and far from the origin.
+    s = isospectrum.compute(
+        blobs(), spacing=(0.5, 1, 2), origin=(1e3, 0, 5), direction=np.diag([1, -1, 1]), backend="cpu", error=0.4, progress=False
+    )
+    out = (np.full((900, 3), 7, np.float32), np.full((1800, 3), 7, np.int32), np.full((900, 3), 7, np.float32))
+    for c in ("20%", "60%", "61%", "20%"):
+        m = s.mesh(c, **options)
+        vertices, triangles, normals = s.mesh(c, out=out, **options)
+        assert np.shares_memory(vertices, out[0]) and np.shares_memory(triangles, out[1]) and np.shares_memory(normals, out[2])
+        assert np.array_equal(vertices, m.vertices) and np.array_equal(triangles, m.triangles)
+        # Rounding may keep the sign of a zero.
+        assert np.array_equal(normals, m.normals)
+    # Rows beyond are left as they are.
+    for array in out:
+        array[:] = 7
+    n = len(s.mesh("60%", out=out)[0])
+    assert n < 900 and (out[0][n:] == 7).all() and (out[0][:n] != 7).any()
+    shown = [(len(t), float(v.sum())) for v, t, _ in s.sweep(4, "20%", "80%", out=out, **options)]
+    assert shown == [(m.n_triangles, float(m.vertices.sum())) for m in s.sweep(4, "20%", "80%", **options)]
+
+
+def test_arrays_that_do_not_fit_are_errors(spectrum):
+    def arrays(n=900, dtype=np.float32, order="C"):
+        return np.zeros((n, 3), dtype, order)
+
+    frozen = arrays()
+    frozen.flags.writeable = False
+    good = (arrays(), arrays(1800, np.int32), arrays())
+    for out, message in [
+        ((arrays(3), *good[1:]), "out for 3 vertices and 1800 triangles, expected [0-9]+ and [0-9]+ or more"),
+        ((arrays(dtype=np.float64), *good[1:]), "three writeable arrays"),
+        ((frozen, *good[1:]), "three writeable arrays"),
+        ((good[0], good[0]), "three writeable arrays"),
+        ((np.zeros((900, 4), np.float32), *good[1:]), r"shape \[900, 4\], expected \(n, 3\)"),
+        ((arrays(order="F"), *good[1:]), "expected .n, 3. in C order"),
+    ]:
+        with pytest.raises(isospectrum.UsageError, match=message):
+            spectrum.mesh("30%", out=out)
+    assert (good[1] == 0).all()
+    with pytest.raises(isospectrum.UsageError, match="expected one isovalue"):
+        spectrum.mesh(["30%", "40%"], out=good)
+    with pytest.raises(isospectrum.RangeError):
+        spectrum.mesh(99, out=good)

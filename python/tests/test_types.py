@@ -32,6 +32,13 @@ def test_a_script_passes_mypy_in_its_strict_mode(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_the_package_passes_mypy_in_its_strict_mode(tmp_path):
+    python = pathlib.Path(__file__).resolve().parents[1]
+    done = run(sys.executable, "-m", "mypy", "--config-file", python / "pyproject.toml", "--cache-dir", tmp_path,
+               python / "package" / "isospectrum", cwd=tmp_path)  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_a_script_passes_pyright_in_its_strict_mode(tmp_path):
     shutil.copy(SCRIPT, tmp_path)
     settings = {"typeCheckingMode": "strict", "pythonVersion": "3.11", "include": ["user_script.py"]}

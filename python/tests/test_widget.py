@@ -5,6 +5,7 @@ The last two need Chromium (apt-get install chromium, or $CHROMIUM) and fail wit
 
 from __future__ import annotations
 
+import base64
 import importlib
 import json
 import os
@@ -73,6 +74,24 @@ def test_the_isovalue_is_a_trait(small):
     # The browser sets the state in the same way as other front ends.
     w.set_state({"isovalue": 0.4})
     assert w.isovalue == 0.4 and seen == [0.3, 0.4]
+
+
+def test_its_picture_is_shown_where_no_widget_can_be(small, monkeypatch):
+    w = small.widget(0.3, height=120, color="quality", clip="x:50%", title="Part")
+    data, _ = w._repr_mimebundle_()
+    assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == w.model_id
+    same = {"size": (160, 120), "color": "quality", "clip": "x:50%"}
+    assert base64.b64decode(data["image/png"]) == small.render(0.3, **same)._repr_png_()
+    w.isovalue = 0.5
+    moved, _ = w._repr_mimebundle_()
+    assert base64.b64decode(moved["image/png"]) == small.render(0.5, **same)._repr_png_()
+
+    def without_adapter(*args, **options):
+        raise isospectrum.GpuError("no adapter")
+
+    monkeypatch.setattr(isospectrum.Spectrum, "render", without_adapter)
+    data, _ = w._repr_mimebundle_()
+    assert "image/png" not in data and "blobs" in data["text/html"]
 
 
 # Its script.

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Progress as _;
-use isospectrum::file::final_path;
+use isospectrum::file::{Output, final_path};
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::{Event, EventKind, VolumeInfo, event_persistence, most_persistent};
 use isospectrum::unstable::suggestions::candidates;
@@ -28,7 +28,8 @@ use isospectrum::{Candidate, Error, Parameters, Result};
 use serde::Serialize;
 
 use super::heading;
-use super::output::{self, Output};
+use super::interrupt::Signals;
+use super::output;
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::report::{self, number};
@@ -88,7 +89,7 @@ impl Analyze {
         let (volume, cleaned) = self.simplify.apply(volume)?;
         if let Some(simplified) = simplified {
             self.check_simplified_name(&volume)?;
-            simplified.write_bytes(&volume.samples().to_le_bytes())?;
+            simplified.write_bytes(&Signals, &volume.samples().to_le_bytes())?;
         }
         let range = self
             .range
@@ -118,7 +119,7 @@ impl Analyze {
                 curves: &curves,
                 events: &events,
             };
-            plot.write_bytes(shown.svg().as_bytes())?;
+            plot.write_bytes(&Signals, shown.svg().as_bytes())?;
         }
         if self.json {
             report::print_json("analyze", &analysis)?;

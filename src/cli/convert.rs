@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::output::Output;
 use super::{heading, report, spectrum_file};
+use isospectrum::file::Output;
 
 /// Convert between .isp and the file layout of the thesis
 #[derive(Args, Debug)]

@@ -13,11 +13,12 @@ use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
 use super::info::Facts;
+use super::interrupt::Signals;
 use super::isovalue::{Isovalue, in_spectrum};
-use super::output::Output;
 use super::progress::Bar;
 use super::render::Pictures;
 use super::{heading, report, spectrum_file};
+use isospectrum::file::Output;
 
 /// Isovalues of the pictures, per cent of the range. The blobs are separate, just merged, and almost a ball.
 const PERCENTS: [f64; 3] = [60.0, 40.0, 10.0];
@@ -132,7 +133,8 @@ impl Demo {
 fn write_mesh(spectrum: &Spectrum, isovalue: f64, path: &Path) -> Result<()> {
     let mesh = spectrum.mesh_at(isovalue)?;
     let placement = &spectrum.volume().placement;
-    Output::open(path, &[])?
-        .write(|file| write_to(&mesh, placement, Border::Closed, Format::Ply, file).map(drop))?;
+    Output::open(path, &[])?.write(&Signals, |file| {
+        write_to(&mesh, placement, Border::Closed, Format::Ply, file).map(drop)
+    })?;
     Ok(())
 }

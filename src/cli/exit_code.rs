@@ -4,14 +4,17 @@ use isospectrum::Error;
 
 use super::interrupt;
 
+/// Without an error.
+pub(super) const SUCCESS: u8 = 0;
+
 /// For errors of the program itself, and for a missing GPU.
-const OTHER: u8 = 1;
+pub(super) const OTHER: u8 = 1;
 
 /// For wrong usage of the command line.
-pub(crate) const USAGE: u8 = 2;
+pub(super) const USAGE: u8 = 2;
 
 /// For files that cannot be read or written, are damaged or unsupported, and for a lack of memory.
-pub(crate) const FILE: u8 = 3;
+pub(super) const FILE: u8 = 3;
 
 /// For an isovalue outside the range of the spectrum.
 const RANGE: u8 = 4;
@@ -20,7 +23,7 @@ const RANGE: u8 = 4;
 const VERIFICATION: u8 = 5;
 
 /// Returns the exit code for the error of the library in the chain; for an interruption, that of the signal.
-pub(crate) fn of(error: &anyhow::Error) -> u8 {
+pub(super) fn of(error: &anyhow::Error) -> u8 {
     match error.chain().find_map(|e| e.downcast_ref::<Error>()) {
         Some(Error::Usage(_)) => USAGE,
         Some(Error::Io { .. } | Error::Input(_)) => FILE,

@@ -4,23 +4,20 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Error;
-use isospectrum::color::{Color, ColorSources, SpectrumMesh};
-use isospectrum::export::{
-    Arrangement, Border, Colors, Format, Morph, NO_COLORS, SceneMesh, SurfaceStyle,
-    write_colored_to, write_morph_to, write_scene_to, write_to,
-};
-use isospectrum::render::{Surface, plain_color};
-use isospectrum::spectrum::{Query, Spectrum};
+use isospectrum::export::Format;
+use isospectrum::extraction::{self, Extraction, MeshFiles, morph_file, write_morph};
+use isospectrum::render::Surface;
+use isospectrum::spectrum::Spectrum;
 use serde::Serialize;
 
 use super::border_arguments::BorderArguments;
 use super::color_arguments::{ColorArguments, volume_of};
-use super::frames::{Pattern, SweepArgument};
+use super::interrupt::Signals;
 use super::keep_arguments::KeepArguments;
-use super::output::Output;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
-use super::{empty, heading, pvd, report, spectrum_file};
+use super::sweep_argument::SweepArgument;
+use super::{empty, heading, report, spectrum_file};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -95,6 +92,13 @@ struct Extracted {
     bytes: Option<u64>,
 }
 
+impl From<extraction::Extracted> for Extracted {
+    fn from(mesh: extraction::Extracted) -> Self {
+        let extraction::Extracted { isovalue, n_vertices, n_triangles, bytes, .. } = mesh;
+        Extracted { isovalue, n_vertices, n_triangles, bytes }
+    }
+}
+
 /// The `extract` report of several isovalues.
 #[derive(Serialize)]
 struct Several {
@@ -104,35 +108,18 @@ struct Several {
     bytes: Option<u64>,
 }
 
-/// Duration of a sweep in one file, seconds; the same as in the page and the window.
-const SWEEP_SECONDS: f64 = 12.0;
-
-/// Distance of a morph target from its isosurface above which a warning is printed, voxels: half a voxel is visible.
-const MAX_MORPH_DISTANCE: f64 = 0.5;
-
 impl Extract {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         if self.morph {
             return self.write_morph();
         }
-        let series = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("pvd"));
-        let format = if series { Format::Vtp } else { self.format()? };
         let n_isovalues = self.sweep.map_or(self.isovalue.len(), |sweep| sweep.n_frames() as usize);
         let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-        let list = series.then(|| Output::open(&self.output, &inputs)).transpose()?;
-        let is_several = n_isovalues > 1 || self.sweep.is_some();
-        // A name without a placeholder for a number is one file.
-        let has_number = self.output.display().to_string().contains('%');
-        let is_scene = is_several && format.supports_scenes() && !has_number;
-        let outputs = if series {
-            pvd::files(&self.output)?.open(n_isovalues as u32, &inputs)?
-        } else if is_several && !is_scene {
-            Pattern::of_any(&self.output)?.open(n_isovalues as u32, &inputs)?
-        } else {
-            vec![Output::open(&self.output, &inputs)?]
-        };
-        if self.json && outputs.iter().any(Output::is_stdout) {
+        let is_sweep = self.sweep.is_some();
+        let format = if self.is_list() { None } else { Some(self.format()?) };
+        let files = MeshFiles::open(&self.output, format, n_isovalues, is_sweep, &inputs)?;
+        if self.json && files.has_stdout() {
             return Err(Error::Usage(
                 "--json and -o - both write to stdout, expected one of them".to_owned(),
             )
@@ -142,33 +129,48 @@ impl Extract {
         let surfaces = self.surfaces(opened.header())?;
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
         let spectrum = opened.around(&isovalues)?;
-        let files = outputs.iter().map(Output::name).collect::<Vec<_>>();
-        if !format.supports_colors() && !matches!(self.color.shown(), Color::None | Color::Normal) {
-            return Err(Error::Usage(NO_COLORS.to_owned()).into());
-        }
+        files.check_color(self.color.shown())?;
         let volume = self.volume.as_ref().map(|path| volume_of(path, &spectrum)).transpose()?;
         let sources = self.color.sources(&spectrum, volume)?;
-        let mut query = Query::for_some(&spectrum, surfaces.len());
-        let mut written = Vec::new();
-        let mut bytes = None;
-        if is_scene {
-            let output = outputs.into_iter().next().ok_or_else(|| Error::internal("no output"))?;
-            (written, bytes) =
-                self.write_scene(&mut query, &spectrum, &sources, &surfaces, format, output)?;
-        } else {
-            for (surface, output) in surfaces.iter().zip(outputs) {
-                let frame = self.frame(&mut query, &spectrum, &sources, surface)?;
-                written.push(self.write(&spectrum, &frame, format, output)?);
+        let extraction = Extraction {
+            surfaces,
+            is_sweep,
+            color: self.color.shown(),
+            map: self.color.color_map,
+            ends: self.color.ends(),
+            keep: self.keep.of(&spectrum),
+            open: self.border.is_open(&spectrum),
+        };
+        let mut meshes = Vec::new();
+        let mut made = |isovalue, n_triangles| {
+            empty::warn(&spectrum, isovalue, extraction.open);
+            empty::warn_of_components(n_triangles, &extraction.keep);
+        };
+        let mut written = |mesh: extraction::Extracted| {
+            if let Some(bytes) = mesh.bytes {
+                log::info!(
+                    "{}: {} triangles, {} vertices at isovalue {}, {}",
+                    mesh.file,
+                    mesh.n_triangles,
+                    mesh.n_vertices,
+                    report::number(mesh.isovalue),
+                    report::bytes(bytes)
+                );
             }
-        }
-        if let Some(list) = list {
-            let times: Vec<f64> = written.iter().map(|mesh| mesh.isovalue).collect();
-            list.write_bytes(pvd::list(&files, &times).as_bytes())?;
+            meshes.push(Extracted::from(mesh));
+        };
+        let bytes = extraction
+            .write(&spectrum, &sources, files, &Signals, &mut made, &mut written)
+            .map_err(|e| e.of_file(&self.spectrum))?;
+        if let Some(bytes) = bytes {
+            let n_triangles: usize = meshes.iter().map(|mesh| mesh.n_triangles).sum();
+            let (path, n, size) = (self.output.display(), meshes.len(), report::bytes(bytes));
+            log::info!("{path}: {n} meshes, {n_triangles} triangles in total, {size}");
         }
         if self.json {
-            match &written[..] {
+            match &meshes[..] {
                 [one] => report::print_json("extract", one)?,
-                _ => report::print_json("extract", &Several { meshes: written, bytes })?,
+                _ => report::print_json("extract", &Several { meshes, bytes })?,
             }
         }
         Ok(())
@@ -186,143 +188,33 @@ impl Extract {
         self.isovalue.iter().map(surface).collect()
     }
 
-    /// Returns the kept components of the mesh at an isovalue, with their colours.
-    fn frame(
-        &self,
-        query: &mut Query<&Spectrum>,
-        spectrum: &Spectrum,
-        sources: &ColorSources,
-        surface: &Surface,
-    ) -> anyhow::Result<SceneMesh> {
-        let Surface { isovalue, color, opacity } = *surface;
-        let keep = self.keep.of(spectrum);
-        let whole = query.mesh_at(isovalue)?;
-        let (vertices, triangles) = query.parts();
-        let parts = SpectrumMesh { spectrum, isovalue, mesh: &whole, vertices, triangles };
-        let attribute = parts.attribute(self.color.shown(), sources, self.color.ends())?;
-        let (mesh, kept) = whole.kept(&keep, self.border.is_open(spectrum));
-        let attribute = attribute.map(|attribute| attribute.of_part(&kept));
-        let map = self.color.color_map;
-        let map = map.unwrap_or_else(|| self.color.shown().default_map(sources));
-        empty::warn(spectrum, isovalue, self.border.is_open(spectrum));
-        empty::warn_of_components(mesh.triangles.len(), &keep);
-        let style = SurfaceStyle {
-            isovalue,
-            color: color.unwrap_or_else(|| plain_color(0)),
-            opacity: opacity.unwrap_or(1.0),
-        };
-        Ok(SceneMesh { mesh, style, colors: attribute.map(|attribute| (attribute, map)) })
-    }
-
-    /// Writes the mesh of one isovalue.
-    fn write(
-        &self,
-        spectrum: &Spectrum,
-        SceneMesh { mesh, style, colors }: &SceneMesh,
-        format: Format,
-        output: Output,
-    ) -> anyhow::Result<Extracted> {
-        let path = output.name();
-        let placement = &spectrum.volume().placement;
-        let mut written = None;
-        let bytes = output
-            .write(|file| {
-                written = Some(match colors {
-                    Some((attribute, map)) => {
-                        let colors = Colors { attribute, map: *map };
-                        write_colored_to(mesh, placement, colors, format, file)
-                    }
-                    None => write_to(mesh, placement, Border::Closed, format, file),
-                }?);
-                Ok(())
-            })
-            .map_err(|e| e.of_file(&self.spectrum))?;
-        // STL has fewer than the mesh where vertices coincide.
-        let (n_vertices, n_triangles) =
-            written.map_or((0, 0), |written| (written.n_vertices, written.n_triangles));
-        log::info!(
-            "{path}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
-            report::number(style.isovalue),
-            report::bytes(bytes)
-        );
-        Ok(Extracted { isovalue: style.isovalue, n_vertices, n_triangles, bytes: Some(bytes) })
-    }
-
-    /// Writes the meshes of several isovalues to one file. Returns the reports and the size of the file.
-    fn write_scene(
-        &self,
-        query: &mut Query<&Spectrum>,
-        spectrum: &Spectrum,
-        sources: &ColorSources,
-        surfaces: &[Surface],
-        format: Format,
-        output: Output,
-    ) -> anyhow::Result<(Vec<Extracted>, Option<u64>)> {
-        let path = output.name();
-        let mut frames = Vec::new();
-        for (i, surface) in surfaces.iter().enumerate() {
-            let mut frame = self.frame(query, spectrum, sources, surface)?;
-            if surface.color.is_none() && self.sweep.is_none() {
-                frame.style.color = plain_color(i);
-            }
-            frames.push(frame);
-        }
-        let written: Vec<Extracted> = (frames.iter())
-            .map(|SceneMesh { mesh, style, .. }| Extracted {
-                isovalue: style.isovalue,
-                n_vertices: mesh.positions.len(),
-                n_triangles: mesh.triangles.len(),
-                bytes: None,
-            })
-            .collect();
-        let arrangement = match self.sweep {
-            Some(_) => Arrangement::Sweep { seconds: SWEEP_SECONDS },
-            None => Arrangement::Together,
-        };
-        let placement = &spectrum.volume().placement;
-        let bytes = output
-            .write(|file| write_scene_to(frames, arrangement, placement, format, file))
-            .map_err(|e| e.of_file(&self.spectrum))?;
-        let n_triangles: usize = written.iter().map(|mesh| mesh.n_triangles).sum();
-        let (n, size) = (written.len(), report::bytes(bytes));
-        log::info!("{path}: {n} meshes, {n_triangles} triangles in total, {size}");
-        Ok((written, Some(bytes)))
-    }
-
     /// Writes one mesh with morph targets that follows the isosurface.
     fn write_morph(&self) -> anyhow::Result<()> {
-        if Format::of_path(&self.output).ok() != Some(Format::Glb) {
-            let shown = self.output.display();
-            return Err(Error::Usage(format!("{shown}: expected a name that ends in .glb")).into());
-        }
         if self.sweep.is_none() {
             return Err(Error::Usage("--morph needs --sweep".to_owned()).into());
         }
-        let output = Output::open(&self.output, &[&self.spectrum])?;
+        let output = morph_file(&self.output, &[&self.spectrum])?;
         let opened = Opened::open(&self.spectrum)?;
         let isovalues: Vec<f64> =
             self.surfaces(opened.header())?.iter().map(|surface| surface.isovalue).collect();
         let spectrum = opened.around(&isovalues)?;
-        let keep = self.keep.of(&spectrum);
-        let morph = Morph::of(&spectrum, &isovalues, &keep, self.border.is_open(&spectrum))?;
-        let path = output.name();
-        let placement = &spectrum.volume().placement;
-        let bytes = output
-            .write(|file| write_morph_to(&morph, SWEEP_SECONDS, placement, file))
+        let (keep, open) = (self.keep.of(&spectrum), self.border.is_open(&spectrum));
+        let (morph, bytes) = write_morph(&spectrum, &isovalues, &keep, open, output, &Signals)
             .map_err(|e| e.of_file(&self.spectrum))?;
         log::info!(
-            "{path}: {} triangles, {} morph targets, {}; largest distance from the isosurface {} voxels",
+            "{}: {} triangles, {} morph targets, {}; largest distance from the isosurface {} voxels",
+            self.output.display(),
             morph.mesh.triangles.len(),
             morph.targets.len(),
             report::bytes(bytes),
             report::number(morph.max_distance)
         );
-        if morph.max_distance > MAX_MORPH_DISTANCE {
-            log::warn!(
-                "{path}: the morph targets miss parts of the isosurface that grow between vertices; use a shorter range"
-            );
-        }
         Ok(())
+    }
+
+    /// True if the output is a list of files.
+    fn is_list(&self) -> bool {
+        self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("pvd"))
     }
 
     fn format(&self) -> isospectrum::Result<Format> {

@@ -16,14 +16,15 @@ use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::cutaway_arguments::CutawayArguments;
+use super::interrupt::Signals;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::number_argument::{not_negative, positive};
-use super::output::Output;
 use super::progress::Bar;
 use super::spectrum_file::{Opened, PACK_BYTES, check_memory};
 use super::surface_argument::SurfaceArgument;
 use super::{empty, gpu, heading, report};
+use isospectrum::file::Output;
 
 /// Size of a page in bytes above which a warning is printed: it loads slowly, and mail servers refuse it.
 const LARGE_PAGE: usize = 25_000_000;
@@ -178,7 +179,7 @@ impl Html {
             None => page::html(&spectrum, &page)?,
         };
         let name: PathBuf = output.name().into();
-        output.write_bytes(text.as_bytes())?;
+        output.write_bytes(&Signals, text.as_bytes())?;
         drop(bar);
         report_sizes(&name, &spectrum, sizes, self.link.as_deref());
         Ok(())
@@ -234,16 +235,18 @@ impl Html {
         }
         let mut surfaces = surfaces.into_iter();
         let first = surfaces.next();
-        let mut look = Look::default();
-        look.occlusion = self.occlusion;
-        look.light = self.light;
-        look.wireframe = self.wireframe;
-        look.opacity =
-            first.and_then(|surface| surface.opacity).unwrap_or(self.cutaway.opacity as f32);
-        look.clip = self.cutaway.clip.map(|clip| clip.of(spectrum.volume()));
-        look.background = self.background;
-        look.front = first.and_then(|surface| surface.color);
-        look.also = surfaces.collect();
+        let look = Look {
+            occlusion: self.occlusion,
+            light: self.light,
+            wireframe: self.wireframe,
+            opacity: first
+                .and_then(|surface| surface.opacity)
+                .unwrap_or(self.cutaway.opacity as f32),
+            clip: self.cutaway.clip.map(|clip| clip.of(spectrum.volume())),
+            background: self.background,
+            front: first.and_then(|surface| surface.color),
+            also: surfaces.collect(),
+        };
         Ok((first, look))
     }
 

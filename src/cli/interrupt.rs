@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
 use std::time::Duration;
 
-use isospectrum::Error;
 use isospectrum::file::block_writes;
+use isospectrum::{Error, Progress};
 use signal_hook::consts::signal::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -83,7 +83,7 @@ fn exit_after_signal(clear: fn()) {
 }
 
 /// Locks the final message: of the main thread and the signal thread, only the first prints the reason of the exit.
-pub(crate) fn lock_final_message() -> MutexGuard<'static, ()> {
+pub(super) fn lock_final_message() -> MutexGuard<'static, ()> {
     static FINAL_MESSAGE: Mutex<()> = Mutex::new(());
     FINAL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -105,6 +105,18 @@ fn is_ignored(signal: i32) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
     mask.is_none_or(|mask| mask & (1 << (signal - 1)) != 0)
+}
+
+/// Cancels work after a signal, and shows no progress.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Signals;
+
+impl Progress for Signals {
+    fn report(&self, _done: f64, _message: &str) {}
+
+    fn cancelled(&self) -> bool {
+        requested()
+    }
 }
 
 /// True if a signal was received.

@@ -9,10 +9,11 @@ use isospectrum::bricks::{Parts, compute_part};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
-use super::output::Output;
+use super::interrupt::Signals;
 use super::plan::{self, folder_of_parts};
 use super::progress::Bar;
 use super::{heading, report};
+use isospectrum::file::Output;
 
 /// Flags that select parts of a plan.
 #[derive(Args, Debug)]
@@ -77,7 +78,7 @@ impl PartArguments {
                 None => plan.open()?,
             };
             let bytes = compute_part(&plan, &volume, number, backend, &Bar::new(quiet))?;
-            let n_bytes = output.write_bytes(&bytes)?;
+            let n_bytes = output.write_bytes(&Signals, &bytes)?;
             log::info!("{}: {}", file.display(), report::bytes(n_bytes));
             opened = Some(volume);
             report.made.push(number);

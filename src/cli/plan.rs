@@ -8,12 +8,13 @@ use isospectrum::{Error, Result};
 use isospectrum::{Noise, Prepared};
 
 use super::heading;
-use super::output::Output;
+use super::interrupt::Signals;
 use super::parameter_arguments::ParameterArguments;
 use super::preparation_arguments::PreparationArguments;
 use super::simplify_arguments::SimplifyArguments;
 use super::terminal;
 use super::volume_arguments::VolumeArguments;
+use isospectrum::file::Output;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -56,7 +57,7 @@ impl Plan {
             self.parameters.settings().resolve(survey.info().range, survey.samples())?;
         let plan = BrickPlan::new(source, &survey, noise, &parameters, self.brick)?;
         let last = plan.recipe.bricks.len() - 1;
-        output.write_bytes(&plan.to_bytes()?)?;
+        output.write_bytes(&Signals, &plan.to_bytes()?)?;
         log::info!("{}: parts 0:{last}, hash {}", self.output.display(), plan.hash());
         Ok(())
     }

@@ -5,24 +5,23 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use isospectrum::render::{Background, Light, Renderer, Surface, View, reveal_inner};
+use isospectrum::series::{Frames, MAX_FRAMES, Series};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
-
-use isospectrum::Progress as _;
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::cutaway_arguments::CutawayArguments;
-use super::frames::{MAX_FRAMES, SweepArgument};
+use super::interrupt::Signals;
 use super::keep_arguments::KeepArguments;
-use super::output::{Output, no_path};
 use super::progress::Bar;
-use super::series::Series;
 use super::size_argument::PictureSize;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
+use super::sweep_argument::SweepArgument;
 use super::{empty, gpu, heading, report};
+use isospectrum::file::Output;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -171,10 +170,10 @@ impl Render {
         let isovalues = sweep.in_spectrum(spectrum.header())?;
         let spectrum = spectrum.around(&isovalues)?;
         let mut pictures = self.pictures(&spectrum)?;
-        let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
-        let frame = |&c: &f64| (vec![Surface::from(c)], view.clone().with_label(self.label(&[c])));
-        let frames: Vec<_> = isovalues.iter().map(frame).collect();
-        self.write_series(&mut pictures, &frames, &series, quiet)?;
+        let (view, label) = (self.view(&spectrum), |c| self.label(&[c]));
+        let is_fitted = self.fit == Fit::Surface;
+        let frames = Frames::sweep(&mut pictures.0, view, &isovalues, is_fitted, &label)?;
+        self.write_series(&mut pictures, &frames, isovalues.len() as u32, &series, quiet)?;
         let is_empty = |&&c: &&f64| empty::is_empty(&spectrum, c, self.border.is_open(&spectrum));
         let n_empty = isovalues.iter().filter(is_empty).count();
         if n_empty > 0 {
@@ -192,13 +191,9 @@ impl Render {
         let (surfaces, isovalues) = self.surfaces(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
         let view = self.view(&spectrum).with_label(self.label(&isovalues));
-        let bounds = match self.fit {
-            Fit::Surface => pictures.0.bounds(&isovalues, &view.keep)?,
-            Fit::Volume => None,
-        };
-        let views = view.turntable(spectrum.volume(), bounds, n);
-        let frames: Vec<_> = views.into_iter().map(|view| (surfaces.clone(), view)).collect();
-        self.write_series(&mut pictures, &frames, &series, quiet)?;
+        let is_fitted = self.fit == Fit::Surface;
+        let frames = Frames::turntable(&mut pictures.0, &view, &surfaces, is_fitted, n)?;
+        self.write_series(&mut pictures, &frames, n, &series, quiet)?;
         empty::warn_of_components(pictures.0.n_triangles(), &view.keep);
         Ok(())
     }
@@ -207,23 +202,15 @@ impl Render {
     fn write_series(
         &self,
         pictures: &mut Pictures<'_>,
-        frames: &[(Vec<Surface>, View)],
+        frames: &Frames,
+        n: u32,
         series: &Series,
         quiet: bool,
     ) -> anyhow::Result<()> {
-        let n = frames.len() as u32;
         let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-        let mut written = series.open(n, &inputs)?;
         let bar = Bar::new(quiet);
-        for (i, (surfaces, view)) in frames.iter().enumerate() {
-            if bar.cancelled() {
-                return Err(Error::Interrupted.into());
-            }
-            bar.report(i as f64 / f64::from(n), "rendering");
-            written.add(&pictures.0.draw_all(surfaces, view)?)?;
-        }
-        written.finish(self.background)?;
+        frames.write(&mut pictures.0, series, &inputs, &bar)?;
         drop(bar);
         let PictureSize { width, height } = self.size;
         log::info!("{}: {n} pictures of {width}x{height} pixels", series.names(n));
@@ -232,7 +219,8 @@ impl Render {
 
     /// Returns the destination of a series of pictures.
     fn series(&self) -> Result<Series> {
-        Series::of(&self.output, self.fps, self.size, self.background)
+        let PictureSize { width, height } = self.size;
+        Series::of(&self.output, self.fps, [width, height], self.background)
     }
 
     /// Returns the requested isovalues; checks that they are in the range.
@@ -342,7 +330,7 @@ impl<'a> Pictures<'a> {
         output: Output,
     ) -> Result<()> {
         let image = self.0.draw_all(surfaces, view)?;
-        output.write(|file| image.encode_png(file).map_err(no_path))?;
+        output.write(&Signals, |file| image.encode_png(file).map_err(|e| Error::io("", e)))?;
         Ok(())
     }
 }

@@ -3,13 +3,13 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use isospectrum::file::{self, MAGIC, SpectrumFile, Summary, Written, thesis};
+use isospectrum::file::{self, MAGIC, Output, SpectrumFile, Summary, Written, thesis};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::unstable::input;
 use isospectrum::{Error, Result};
 
+use super::interrupt::Signals;
 use super::kind::{self, Kind};
-use super::output::Output;
 use super::{machine, report};
 
 /// Memory of a spectrum that is read, bytes per triangle (measured: 110 to 165 with two threads).
@@ -163,13 +163,16 @@ pub(super) fn read_summary(path: &Path) -> Result<Summary> {
 /// Writes a spectrum in our format. Returns it in the order of the file, and the size of the file in bytes.
 pub(super) fn write_whole(spectrum: Spectrum, output: Output) -> Result<(Spectrum, u64)> {
     let Written { bytes, spectrum, .. } = file::into_bytes(spectrum)?;
-    Ok((spectrum, output.write_bytes(&bytes)?))
+    Ok((spectrum, output.write_bytes(&Signals, &bytes)?))
 }
 
 /// Writes a spectrum in a format. Returns the size in bytes.
 pub(super) fn write_as(spectrum: Spectrum, format: Format, output: Output) -> Result<u64> {
-    output.write_bytes(&match format {
-        Format::Isp => file::into_bytes(spectrum)?.bytes,
-        Format::Thesis => thesis::to_bytes(&spectrum)?,
-    })
+    output.write_bytes(
+        &Signals,
+        &match format {
+            Format::Isp => file::into_bytes(spectrum)?.bytes,
+            Format::Thesis => thesis::to_bytes(&spectrum)?,
+        },
+    )
 }

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use isospectrum::Progress;
 use isospectrum::Result;
 use isospectrum::bricks::{Merged, OpenVolume, Parts, merge_to_file};
-use isospectrum::file::TemporaryFolder;
+use isospectrum::file::{Output, TemporaryFolder};
 use isospectrum::spectrum::{Size, Spectrum};
 
 use super::info::Facts;
-use super::output::Output;
+use super::interrupt::Signals;
 use super::spectrum_file;
 
 /// A destination that was writable when it was opened.
@@ -66,7 +66,7 @@ impl Target {
         progress: &dyn Progress,
     ) -> Result<Made> {
         let mut merged = None;
-        let n_bytes = self.0.write(|out| {
+        let n_bytes = self.0.write(&Signals, |out| {
             merged = Some(merge_to_file(parts, volume, out, memory, progress)?);
             Ok(())
         })?;

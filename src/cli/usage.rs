@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};
-use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
@@ -37,8 +36,12 @@ const OTHER_NAMES: [(&[&str], &[&str]); 22] = [
     (&["timestep", "time", "time-step", "volume-index"], &["frame"]),
 ];
 
-/// Prints the help or the version if requested, otherwise the error on one line.
-pub(crate) fn report(error: &clap::Error, definition: &clap::Command) -> ExitCode {
+/// Prints the help or the version if requested, otherwise the error on one line. Returns the exit code.
+pub(super) fn report(
+    error: &clap::Error,
+    definition: &clap::Command,
+    arguments: &[OsString],
+) -> u8 {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             let printed = error.print().and_then(|()| io::stdout().flush());
@@ -46,22 +49,22 @@ pub(crate) fn report(error: &clap::Error, definition: &clap::Command) -> ExitCod
                 // A closed pipe is no error: its reader has enough.
                 Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
                     terminal::print_message(&format!("standard output: {error}"));
-                    ExitCode::from(exit_code::FILE)
+                    exit_code::FILE
                 }
-                _ => ExitCode::SUCCESS,
+                _ => exit_code::SUCCESS,
             }
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
-            ExitCode::from(exit_code::USAGE)
+            exit_code::USAGE
         }
         _ => {
-            let suggestion = other_name(error, definition, std::env::args_os())
+            let suggestion = other_name(error, definition, arguments.iter().cloned())
                 .or_else(|| similar_name(error))
                 .map_or_else(String::new, |name| format!(", did you mean '{name}'?"));
             let message = format!("{}{suggestion}", first_sentence(&error.to_string()));
             terminal::print_message(&format!("{} (see --help)", terminal::line(&message)));
-            ExitCode::from(exit_code::USAGE)
+            exit_code::USAGE
         }
     }
 }

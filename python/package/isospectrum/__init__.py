@@ -11,8 +11,10 @@
 :func:`analyze`      isovalues of interest, without computing a spectrum
 :func:`forecast`     the expected size of a spectrum
 :class:`Spectrum`    ``mesh``, ``sweep``, ``curves``, ``events``, ``components``, ``trajectory``, ``lifetimes``,
-                     ``render``, ``html``, ``widget``, ``verify``, ``save``
+                     ``extract``, ``render``, ``film``, ``html``, ``widget``, ``verify``, ``save``
 :class:`Mesh`        arrays, measures, ``sample``, ``save``, ``to_pyvista``, ``to_trimesh``, ``to_napari``, ...
+:class:`Report`      what ``verify`` found: ``check``, ``totals``
+:class:`Picture`     an array of pixels, with ``save``
 ==================  ======================================================================================
 
 **Frames.** Arrays are ``a[z, y, x]``. Everything else is in the order x, y, z: spacing, origin, the columns of the
@@ -20,6 +22,8 @@ direction matrix, vertices. Meshes, events and components are in the world frame
 
 **Isovalues** are numbers, or texts as on the command line: ``"50%"`` of the range, ``"p99"`` of the samples, ``"2.5sigma"``
 above their mean, ``"top:1%"`` of them.
+
+Each has help of its own: ``help(isospectrum.compute)``, ``help(isospectrum.Spectrum.render)``.
 
 **Errors** are subclasses of :class:`isospectrum.Error`, warnings of :class:`isospectrum.Warning`. Ctrl-C stops a computation.
 """
@@ -46,6 +50,7 @@ from ._errors import (
     Warning,
 )
 from ._mesh import Mesh
+from ._names import PublicNames as _PublicNames
 from ._picture import Picture
 from ._report import Report
 from ._spectrum import Spectrum
@@ -78,6 +83,8 @@ __all__ = [
 for _class in (Picture, Report):
     _class.__module__ = "isospectrum"
 del _class
+# Type checkers read the list above.
+globals()["__all__"] = _PublicNames(__all__)
 if hasattr(_os, "register_at_fork"):
     _os.register_at_fork(after_in_child=_native.after_fork)
 __version__: str

@@ -39,7 +39,8 @@ class Blocks:
         if len(array.shape) != 3:
             raise UsageError(f"an array of {len(array.shape)} axes, expected 3: z, y, x")
         self.array = array
-        self.dims = tuple(int(n) for n in reversed(array.shape))
+        z, y, x = array.shape
+        self.dims = (int(x), int(y), int(z))
 
     def lazy(self, block: Block) -> Any:
         """The samples of a block, which may not have been read yet."""
@@ -139,10 +140,10 @@ def _part_of(array: Any, plan: _native.Plan, number: int, dtype: np.dtype, nan_a
 
 def _samples(array: Any, dtype: np.dtype, nan_as: float | None) -> np.ndarray:
     """Samples in their type, with values that are not finite replaced. Arrays received over a network may be unaligned."""
-    array = np.require(np.asarray(array).astype(dtype, copy=False), requirements="A")
-    if nan_as is None or dtype.kind != "f":
-        return array
-    return np.where(np.isfinite(array), array, dtype.type(nan_as))
+    samples: np.ndarray = np.require(np.asarray(array).astype(dtype, copy=False), requirements="A")
+    if nan_as is not None and dtype.kind == "f":
+        samples = np.where(np.isfinite(samples), samples, dtype.type(nan_as))
+    return samples
 
 
 def compute(

@@ -238,7 +238,7 @@ def compute(
             raise UsageError(f"a volume and phantom {phantom!r}, expected one of them")
         a = _native.Volume.phantom(phantom, outside)
     a, of_file = chosen(a, of_file)
-    placed = {"spacing": spacing, "origin": origin, "direction": direction, "space": space, "unit": unit}
+    placed: dict[str, Any] = {"spacing": spacing, "origin": origin, "direction": direction, "space": space, "unit": unit}
     if phantom is not None:
         _refuse({**placed, "name": name, "nan_as": nan_as}, "with a phantom")
     if not (client is None and parts is None and to is None):
@@ -247,7 +247,7 @@ def compute(
         if client is not None and not hasattr(client, "scheduler_info"):
             raise UsageError(f"client {client!r}, expected a dask.distributed.Client, which connects to an address")
         lazy, place = (None, None) if isinstance(a, (str, os.PathLike, _native.Volume)) else lazy_and_frame(a)
-        if not _bricks.is_chunked(lazy):
+        if place is None or not _bricks.is_chunked(lazy):
             raise UsageError("client, parts and to need an array that is read by chunks: dask, Zarr, HDF5")
         with _progress.shown(progress, "computing") as report:
             return Spectrum(

@@ -34,8 +34,8 @@ class Triangles(Protocol):
 def to_pyvista(mesh: Triangles) -> pyvista.PolyData:
     import pyvista
 
-    made = pyvista.PolyData.from_regular_faces(np.array(mesh.points()), mesh.triangles.astype(int))
-    made.point_data.active_normals = np.array(mesh.normals)
+    made: pyvista.PolyData = pyvista.PolyData.from_regular_faces(np.array(mesh.points()), mesh.triangles.astype(int))
+    made.point_data.active_normals = np.array(mesh.normals)  # type: ignore[assignment]
     made.cell_data["cap"] = mesh.caps.astype(np.uint8)
     made.field_data["isovalue"] = [mesh.isovalue]
     made.set_active_scalars(None)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import os
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Protocol, SupportsFloat, SupportsIndex, Union
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, SupportsFloat, SupportsIndex
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from . import _appearance, _native
 from ._arguments import choice, optional, number, path_of, public, whole
 from ._errors import UsageError
 from ._isovalue import Isovalue, as_text, two
+from ._looks import Background, Color, ColorMap, Light, Numbers, Shown, Slider
 from ._picture import Picture
 from ._preparation import NOT_NEGATIVE, POSITIVE
 from ._sources import volume
@@ -19,44 +21,7 @@ from ._sources import volume
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-#: A colour: a name, ``"#rrggbb"``, or three numbers from 0 to 1; with an opacity as ``"skin@0.3"``, or four numbers.
-Look = Union[str, "Sequence[SupportsFloat]", "npt.NDArray[Any]"]
-
-#: One isovalue, several, or several with a colour each.
-Shown = Union[Isovalue, "Mapping[Any, Look]", "Sequence[Isovalue]", "npt.NDArray[Any]", None]
-
-Color = Literal["none", "quality", "lifetime", "curvature", "distance", "component", "normal"]
-ColorMap = Literal["viridis", "cividis", "magma", "inferno", "plasma", "vik"]
-Background = Literal["white", "light", "dark", "transparent"]
-Light = Literal["upper-left", "eye", "left", "right", "above", "below"]
-Numbers = Union["Sequence[SupportsFloat]", "npt.NDArray[Any]"]
-
-
-class Slider(Protocol):
-    """The widget of a notebook.
-
-    Attributes
-    ----------
-    isovalue : float
-        The isovalue shown.
-    height : int
-        Height in pixels.
-    range : (float, float)
-        Lowest and highest isovalue.
-    """
-
-    isovalue: float
-    height: int
-
-    @property
-    def range(self) -> tuple[float, float]:
-        """Lowest and highest isovalue."""
-        ...
-
-    def observe(self, handler: Callable[[Any], object], names: str = ...) -> None:
-        """Call a function when a value changes."""
-        ...
-
+    from ._native import _Volumes
 
 class Drawing:
     """The part of a spectrum that draws. Its users are :class:`isospectrum.Spectrum` and its readers."""
@@ -283,25 +248,29 @@ class Drawing:
         >>> s.render({"20%": "bone@0.5", "70%": (1, 0, 0)}, size=(64, 48)).shape
         (48, 64, 4)
         """
-        choice(fit, "fit", ("surface", "volume"))
         surfaces = self._surfaces(c)
-        if label is not None:
-            label = label.replace("{isovalue}", ", ".join(f"{one[0]:.6g}" for one in surfaces))
-        width, height = _appearance.size(size)
-        appearance = self._appearance_arguments(locals())
-        native = self._native.render(
-            surfaces,
-            (width, height),
-            appearance,
-            legend,
-            scale_bar,
-            label,
-            fit == "volume",
-            None if volume is None else volume_like(volume, self),
-            None if color_by is None else _field_like(color_by, self),
-            adapter,
-        )
+        label = labelled(label, [one[0] for one in surfaces])
+        pictured, appearance = self._pictured(locals()), self._appearance_arguments(locals())
+        volumes = self._volumes(volume, color_by)
+        native = self._native.render(surfaces, pictured, appearance, volumes["volume"], volumes["color_by"])
         return Picture.of(native)
+
+    def _pictured(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """The arguments of a picture that a page does not have."""
+        return {
+            "size": _appearance.size(arguments["size"]),
+            "fit_volume": choice(arguments["fit"], "fit", ("surface", "volume")) == "volume",
+            **{name: bool(arguments[name]) for name in ("legend", "scale_bar")},
+            **{name: arguments[name] for name in ("label", "adapter")},
+        }
+
+    def _volumes(self, volume: Any, color_by: Any) -> _Volumes:
+        """The volumes that colours need, and the files that they are read from."""
+        return {
+            "volume": None if volume is None else volume_like(volume, self),
+            "color_by": None if color_by is None else _field_like(color_by, self),
+            "inputs": [os.fspath(one) for one in (volume, color_by) if isinstance(one, (str, os.PathLike))],
+        }
 
     def _appearance_arguments(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """The arguments of a method that describe the appearance, converted for the library."""
@@ -327,11 +296,13 @@ class Drawing:
 
     def _surfaces(self, c: Shown) -> list[tuple[float, int | None, float | None]]:
         """The isovalues to show, each with its colour and opacity."""
+        shown: list[tuple[float, int | None, float | None]]
         if isinstance(c, Mapping):
             shown = [(self.isovalue(one), *_appearance.look(look)) for one, look in c.items()]
         else:
             several = several_of(c)
-            shown = [(self.isovalue(one), None, None) for one in ([c] if several is None else several)]
+            all_of_them: list[Any] = [c] if several is None else several
+            shown = [(self.isovalue(one), None, None) for one in all_of_them]
         if not shown:
             raise UsageError(f"isovalues {c!r}, expected one or more")
         return shown
@@ -356,6 +327,15 @@ class Drawing:
         of: Any = self
         made: Slider = Widget(of, c, **options)
         return made
+
+
+#: The arguments of :meth:`Drawing.render` by name, and their defaults.
+DEFAULTS = {name: p.default for name, p in inspect.signature(Drawing.render).parameters.items() if p.kind is p.KEYWORD_ONLY}
+
+
+def labelled(label: str | None, isovalues: Sequence[float]) -> str | None:
+    """The text at the top of a picture, with its isovalues."""
+    return None if label is None else label.replace("{isovalue}", ", ".join(_native.short_number(c) for c in isovalues))
 
 
 def several_of(c: Any) -> list[Any] | None:

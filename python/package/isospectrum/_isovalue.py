@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, SupportsFloat, Union
 
 from ._errors import UsageError
@@ -30,3 +31,10 @@ def two(ends: Any, name: str) -> tuple[Isovalue, Isovalue]:
     except (TypeError, ValueError):
         raise UsageError(f"{name} {ends!r}, expected the lowest and the highest isovalue, such as (10, 200) or ('5%', '95%')") from None
     return low, high
+
+
+def evenly_spaced(first: float, last: float, n: int) -> Iterator[float]:
+    """Evenly spaced isovalues. A weighted mean gives both ends exactly; clamped against rounding."""
+    for i in range(n):
+        t = i / (n - 1) if n > 1 else 0.0
+        yield min(max(first * (1 - t) + last * t, min(first, last)), max(first, last))

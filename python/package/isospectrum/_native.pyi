@@ -18,10 +18,15 @@ __all__ = [
     "compute",
     "cut",
     "default_parameters",
+    "extract",
+    "film",
     "forecast",
+    "run_program",
+    "short_number",
     "tally",
     "unit_in_mm",
     "write_file",
+    "write_morph",
 ]
 
 _Kept = tuple[int | None, float, float, tuple[float, float, float] | None]
@@ -33,11 +38,17 @@ _Ids = tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]
 def unit_in_mm(name: str) -> float | None:
     """Length of a unit in millimetres, by its name or symbol; ``None`` for an unknown name."""
 
+def short_number(x: float) -> str:
+    """A number as reports and labels show it: five significant digits."""
+
 def write_file(path: str | os.PathLike[str], bytes: bytes) -> None:
     """Write a file atomically."""
 
 def after_fork() -> None:
     """Tell the compiled part that this process is the child of a fork."""
+
+def run_program(arguments: list[str]) -> int:
+    """Run the program, and return its exit code."""
 
 def default_parameters() -> str:
     """The default parameters of a sweep, as JSON."""
@@ -115,6 +126,16 @@ class Spectrum:
     def about(self) -> str: ...
     def isovalue(self, text: str) -> float: ...
     def surface(self, isovalue: float, open: bool, keep: _Kept | None, is_turned: bool, has_ids: bool) -> Surface: ...
+    def fill(
+        self,
+        isovalue: float,
+        open: bool,
+        keep: _Kept | None,
+        is_turned: bool,
+        vertices: npt.NDArray[np.float32],
+        triangles: npt.NDArray[np.int32],
+        normals: npt.NDArray[np.float32],
+    ) -> tuple[int, int]: ...
     def trajectory(self, vertex: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
     def lifetimes(self, of_triangles: bool) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
     def curves(self, n: int, range: tuple[float, float]) -> dict[str, Any]: ...
@@ -124,15 +145,10 @@ class Spectrum:
     def render(
         self,
         surfaces: list[tuple[float, int | None, float | None]],
-        size: tuple[int, int],
+        pictured: dict[str, Any],
         appearance: dict[str, Any],
-        legend: bool,
-        scale_bar: bool,
-        label: str | None,
-        fit_volume: bool,
         volume: Volume | None,
         color_by: Volume | None,
-        adapter: str | None,
     ) -> Picture: ...
     def html(
         self,
@@ -182,6 +198,42 @@ class Surface:
     def sample(self, volume: Volume) -> npt.NDArray[np.float64]: ...
     def save(self, path: str) -> None: ...
     def encoded(self, format: str) -> bytes: ...
+
+class _Volumes(TypedDict):
+    volume: Volume | None
+    color_by: Volume | None
+    inputs: list[str]
+
+def extract(
+    spectrum: Spectrum,
+    path: str,
+    format: str | None,
+    surfaces: list[tuple[float, int | None, float | None]],
+    is_sweep: bool,
+    appearance: dict[str, Any],
+    volumes: _Volumes,
+    progress: _Report,
+) -> list[tuple[float, str, int, int]]:
+    """Write meshes; their isovalues, files, and numbers of vertices and triangles."""
+
+def write_morph(
+    spectrum: Spectrum, path: str, isovalues: list[float], appearance: dict[str, Any], progress: _Report
+) -> tuple[int, int, float]:
+    """Write a mesh with morph targets; its vertices and triangles, and its largest distance from the isosurface."""
+
+def film(
+    spectrum: Spectrum,
+    path: str,
+    fps: int | None,
+    sweep: list[tuple[float, str | None]],
+    surfaces: list[tuple[float, int | None, float | None]],
+    turntable: int | None,
+    pictured: dict[str, Any],
+    appearance: dict[str, Any],
+    volumes: _Volumes,
+    progress: _Report,
+) -> None:
+    """Write a film or numbered pictures."""
 
 class _Preparation(TypedDict):
     crop: str | list[str | tuple[str | None, str | None]] | None

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _native
 from ._errors import InputError, UsageError
-from ._frame import Frame
+from ._frame import Frame, triple
 
 #: Axes of versions 0.1 and 0.2, which do not name them.
 OLDEST_AXES = ("t", "c", "z", "y", "x")
@@ -98,8 +98,8 @@ def image(group: Any, level: int, channel: int | None, frame: int | None) -> Ima
     # Converted to the unit of x.
     known = all(mm)
     to = [m / mm[0] if known else 1.0 for m in mm]  # type: ignore[operator]
-    spacing = tuple(scale[i] * t for i, t in zip(at, to))
-    first = tuple(origin[i] * t for i, t in zip(at, to))
+    spacing = triple([scale[i] * t for i, t in zip(at, to)], "spacing")
+    first = triple([origin[i] * t for i, t in zip(at, to)], "origin")
     name = str(scales.get("name") or getattr(group, "basename", "") or getattr(group, "name", "").rsplit("/", 1)[-1])
     return Image(Volume3(array, index, (z, y, x)), Frame(first, spacing, unit=units[0] if known else ""), name or "array")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
-from typing import Union
+from typing import Any, Union
 
 #: ``True`` for a bar, ``False`` for none, or a callable that takes the finished share (0 to 1) and the current stage.
 Progress = Union[bool, Callable[[float, str], object]]
@@ -33,7 +33,7 @@ def shown(progress: Progress, what: str) -> Iterator[Callable[[float, str], obje
         bar.refresh()
 
 
-def _bar(what: str):  # noqa: ANN202 (a tqdm, if it is installed)
+def _bar(what: str) -> Any:
     """A tqdm bar for the terminal or the notebook; ``None`` without tqdm, or if stderr is no terminal."""
     try:
         from tqdm.auto import tqdm

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import pyvista
 
@@ -28,4 +28,5 @@ class ImageAccessor:
 def read(path: str, isovalue: Isovalue | None = None, **options: Any) -> pyvista.PolyData:
     """The mesh of a spectrum file at an isovalue, by default the one at which a page opens; ``options`` are those of
     :meth:`isospectrum.Spectrum.mesh`."""
-    return isospectrum.open(path).mesh(isovalue, **options).to_pyvista()
+    mesh = cast("isospectrum.Mesh", isospectrum.open(path).mesh(isovalue, **options))
+    return mesh.to_pyvista()

@@ -43,7 +43,8 @@ class Report:
     @property
     def totals(self) -> dict[str, Any]:
         """Sums over all isovalues; distances in voxels."""
-        return self.data["totals"]
+        totals: dict[str, Any] = self.data["totals"]
+        return totals
 
     @property
     def rows(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Spectra: meshes at any isovalue, and files. Tables are in ``_tables``, pictures and pages in ``_drawing``."""
+"""Spectra: meshes at any isovalue, and files. Tables are in ``_tables``, pictures and pages in ``_drawing``, meshes and films as files in ``_writing``."""
 
 from __future__ import annotations
 
@@ -12,16 +12,21 @@ import numpy as np
 
 from . import _appearance, _native, _progress
 from ._arguments import choice, path_of, public, whole
-from ._drawing import Numbers, several_of, volume_like
-from ._errors import UsageError
-from ._isovalue import Isovalue, as_text
+from ._drawing import several_of, volume_like
+from ._errors import Error, UsageError
+from ._isovalue import Isovalue, as_text, evenly_spaced
+from ._looks import Numbers
 from ._mesh import Mesh
 from ._report import Report
-from ._tables import Tables
+from ._writing import Writing
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     from typing_extensions import Unpack
+
+#: Arrays that a mesh is written to: vertices, triangles, normals.
+Arrays = tuple["npt.NDArray[np.float32]", "npt.NDArray[np.int32]", "npt.NDArray[np.float32]"]
+
 
 class MeshOptions(TypedDict, total=False):
     """Arguments of :meth:`Spectrum.mesh`."""
@@ -35,7 +40,7 @@ class MeshOptions(TypedDict, total=False):
     ids: bool
 
 
-class Spectrum(Tables):
+class Spectrum(Writing):
     """The isosurfaces of a volume at all isovalues of a range.
 
     Returned by :func:`isospectrum.compute` and :func:`isospectrum.open`. A spectrum is immutable, may be used by several threads at
@@ -154,11 +159,13 @@ class Spectrum(Tables):
     # Meshes.
 
     @overload
-    def mesh(self, c: str | None = None, **options: Unpack[MeshOptions]) -> Mesh: ...
+    def mesh(self, c: str | None = None, **options: Unpack[MeshOptions]) -> Mesh: ...  # type: ignore[overload-overlap]
     @overload
-    def mesh(self, c: Sequence[Isovalue] | npt.NDArray[Any], **options: Unpack[MeshOptions]) -> list[Mesh]: ...
+    def mesh(self, c: Sequence[Isovalue] | npt.NDArray[Any], **options: Unpack[MeshOptions]) -> list[Mesh]: ...  # type: ignore[overload-overlap]
     @overload
     def mesh(self, c: SupportsFloat, **options: Unpack[MeshOptions]) -> Mesh: ...
+    @overload
+    def mesh(self, c: SupportsFloat | str | None = None, *, out: Arrays, **options: Unpack[MeshOptions]) -> Arrays: ...
 
     @public
     def mesh(
@@ -172,7 +179,8 @@ class Spectrum(Tables):
         at: Numbers | None = None,
         gradient_direction: Literal["descent", "ascent"] | None = None,
         ids: bool = False,
-    ) -> Mesh | list[Mesh]:
+        out: Arrays | None = None,
+    ) -> Mesh | list[Mesh] | Arrays:
         """The mesh at an isovalue, in the world frame.
 
         The cost of successive isovalues is that of the triangles that change between them; the same isovalue again costs nothing.
@@ -195,11 +203,14 @@ class Spectrum(Tables):
             ``"ascent"`` towards higher ones, as for the negative lobe of an orbital. The default is the outer side of the spectrum.
         ids : bool, default False
             Give the mesh the numbers of its vertices and triangles in the spectrum. The whole spectrum is then read.
+        out : tuple of three arrays, optional
+            Arrays for vertices (n, 3) float32, triangles (m, 3) int32 and normals (n, 3) float32, in C order, to which the mesh is written
+            in place of new ones. They may have more rows, which are left as they are.
 
         Returns
         -------
-        Mesh or list of Mesh
-            The mesh, independent of the spectrum.
+        Mesh, list of Mesh, or tuple of three arrays
+            The mesh, independent of the spectrum; with ``out`` the parts of its arrays that have the mesh.
 
         Raises
         ------
@@ -220,6 +231,10 @@ class Spectrum(Tables):
             bool(ids),
         )
         several = several_of(c)
+        if out is not None:
+            if several is not None or ids:
+                raise UsageError("out with several isovalues or ids, expected one isovalue without ids")
+            return self._fill(self.isovalue(c), out, *options)
         if several is not None:
             return [self._mesh(self.isovalue(one), *options) for one in several]
         return self._mesh(self.isovalue(c), *options)
@@ -232,15 +247,43 @@ class Spectrum(Tables):
         object.__setattr__(self, "_last", ((isovalue, *options), mesh))
         return mesh
 
+    def _fill(self, isovalue: float, out: Arrays, open: bool, keep: Any, is_turned: bool, _ids: bool) -> Arrays:  # noqa: A002 (as --open)
+        try:
+            vertices, triangles, normals = out
+            n, m = self._native.fill(isovalue, open, keep, is_turned, vertices, triangles, normals)
+        except (TypeError, ValueError) as error:
+            # Those of the package say more.
+            if isinstance(error, Error):
+                raise
+            raise UsageError("out, expected three writeable arrays: vertices (n, 3) float32, triangles (m, 3) int32, normals (n, 3) float32") from None
+        if min(len(vertices), len(normals)) < n or len(triangles) < m:
+            raise UsageError(f"out for {min(len(vertices), len(normals))} vertices and {len(triangles)} triangles, expected {n} and {m} or more")
+        return vertices[:n], triangles[:m], normals[:n]
+
     def _is_turned(self, gradient_direction: str | None) -> bool:
         """True if a mesh faces the inner side of the spectrum."""
         own = "ascent" if str(self._about["volume"]["outside"]).lower() == "high" else "descent"
         return gradient_direction is not None and choice(gradient_direction, "gradient_direction", ("descent", "ascent")) != own
 
-    @public
+    @overload
     def sweep(
         self, n: SupportsIndex, low: Isovalue | None = None, high: Isovalue | None = None, **options: Unpack[MeshOptions]
-    ) -> Iterator[Mesh]:
+    ) -> Iterator[Mesh]: ...
+    @overload
+    def sweep(
+        self, n: SupportsIndex, low: Isovalue | None = None, high: Isovalue | None = None, *, out: Arrays, **options: Unpack[MeshOptions]
+    ) -> Iterator[Arrays]: ...
+
+    @public
+    def sweep(
+        self,
+        n: SupportsIndex,
+        low: Isovalue | None = None,
+        high: Isovalue | None = None,
+        *,
+        out: Arrays | None = None,
+        **options: Unpack[MeshOptions],
+    ) -> Iterator[Mesh] | Iterator[Arrays]:
         """The meshes at evenly spaced isovalues, one after the other.
 
         Parameters
@@ -249,12 +292,14 @@ class Spectrum(Tables):
             Number of isovalues.
         low, high : isovalue, optional
             First and last isovalue, both included; by default the ends of the range. ``low`` may be above ``high``.
+        out : tuple of three arrays, optional
+            As for :meth:`mesh`: each mesh is written over the one before.
         **options
             As for :meth:`mesh`.
 
         Returns
         -------
-        iterator of Mesh
+        iterator of Mesh, or of tuples of three arrays
             Computed when they are asked for.
 
         Examples
@@ -272,7 +317,10 @@ class Spectrum(Tables):
         n = whole(n, "n", 1)
         first = self.range[0] if low is None else self.isovalue(low)
         last = self.range[1] if high is None else self.isovalue(high)
-        return (self.mesh(c, **options) for c in _between(first, last, n))
+        if out is not None:
+            given = out
+            return (self.mesh(c, out=given, **options) for c in evenly_spaced(first, last, n))
+        return (self.mesh(c, **options) for c in evenly_spaced(first, last, n))
 
     # Files and verification.
 
@@ -335,13 +383,6 @@ class Spectrum(Tables):
         numbers = (whole(n, "n", 0, 10**6), whole(events, "events", 0, 2**32), whole(seed, "seed", 0, 2**64 - 1))
         with _progress.shown(progress, "verifying") as report:
             return Report(self._native.verify(of, *numbers, report))
-
-
-def _between(first: float, last: float, n: int) -> Iterator[float]:
-    """Evenly spaced isovalues. A weighted mean gives both ends exactly; clamped against rounding."""
-    for i in range(n):
-        t = i / (n - 1) if n > 1 else 0.0
-        yield min(max(first * (1 - t) + last * t, min(first, last)), max(first, last))
 
 
 def _from_bytes(data: bytes) -> Spectrum:

@@ -9,8 +9,9 @@ import numpy as np
 
 from . import _appearance
 from ._arguments import choice, public, whole
-from ._drawing import Drawing, Numbers
+from ._drawing import Drawing
 from ._isovalue import Isovalue, two
+from ._looks import Numbers
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -58,8 +59,9 @@ class Tables(Drawing):
 
     @property
     def events(self) -> npt.NDArray[np.void]:
-        """All changes of topology: a structured array of ``isovalue``, ``x``, ``y``, ``z`` (world frame) and ``kind`` (emerge,
-        merge, handle-open, split, handle-close, vanish; for ascending isovalues)."""
+        """All changes of topology, by ascending isovalue: a structured array of ``isovalue``, ``x``, ``y``, ``z`` (world frame), ``kind``
+        (emerge, merge, handle-open, split, handle-close, vanish), and the exact ``components`` and ``euler`` (Euler characteristic) of
+        the isosurface from there up to the next event, caps included: events at one isovalue have the same."""
         return structured(self._native.events())
 
     @public

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import pathlib
 from typing import Any, Protocol
 
@@ -11,8 +12,10 @@ try:
 except ImportError as missing:
     raise ImportError("the widget needs anywidget: pip install 'isospectrum[widget]'") from missing
 
-from ._errors import RangeError
+from ._errors import GpuError, RangeError
 from ._isovalue import Isovalue
+from ._looks import DrawingOptions
+from ._picture import Picture
 
 
 class _Pages(Protocol):
@@ -21,6 +24,8 @@ class _Pages(Protocol):
     @property
     def range(self) -> tuple[float, float]: ...
     def isovalue(self, c: Isovalue | None = None) -> float: ...
+    def render(self, c: Any = None, **options: Any) -> Picture: ...
+    def _repr_html_(self) -> str: ...
     def html(self, path: None = None, *, c: Any = None, **options: Any) -> str | None: ...
 
 
@@ -53,12 +58,29 @@ class Widget(anywidget.AnyWidget):
             if c is None:
                 isovalue = min(max(isovalue, ends[0]), ends[1])
         page = spectrum.html(c=isovalue, **options)
+        self._spectrum = spectrum
+        self._options = {name: value for name, value in options.items() if name in DrawingOptions.__annotations__ and value is not None}
         self.set_trait("range", ends)
         super().__init__(_page=page, isovalue=isovalue, height=height)
+
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+        """The widget; where no widget can be shown, as in a notebook that is exported, its picture at the isovalue that it has when the
+        cell runs, or the numbers of the spectrum without a GPU adapter."""
+        shown = super()._repr_mimebundle_(**options)
+        if shown is None:
+            return None
+        data, metadata = shown
+        try:
+            size = (4 * self.height // 3, self.height)
+            png = self._spectrum.render(self.isovalue, size=size, **self._options)._repr_png_()
+            still = {"image/png": base64.b64encode(png or b"").decode()}
+        except GpuError:
+            still = {"text/html": self._spectrum._repr_html_()}
+        return {**data, **still}, metadata
 
     @traitlets.validate("isovalue")
     def _inside(self, proposal: Any) -> float:
         low, high = self.range
         if not low <= proposal.value <= high:
             raise RangeError(f"isovalue {proposal.value:g} lies outside the range {low:g} to {high:g}")
-        return proposal.value
+        return float(proposal.value)

@@ -52,8 +52,14 @@ def main() -> None:
     path = s.trajectory(int(m.vertex_ids[0]))
     lives = s.lifetimes("vertices")
     print(len(path), lives["birth"].min(), [x.reason for x in isospectrum.analyze(a).suggestions])
+    out = (np.empty((5000, 3), np.float32), np.empty((9000, 3), np.int32), np.empty((5000, 3), np.float32))
+    filled: npt.NDArray[np.int32] = s.mesh(0.5, out=out)[1]
+    print(len(filled), sum(len(corners) for _, corners, _ in s.sweep(3, low, high, out=out, keep=1)))
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
+        table = s.extract(folder / "m-%d.ply", sweep=("20%", np.float64(0.7), 3), color_by=a, color_range=("p5", None), progress=False)
+        s.film(folder / "f-%d.png", {0.5: (1.0, 0.0, 0.0)}, turntable=2, size=np.array([32, 32]), background="dark", progress=False)
+        print(table["file"].tolist())
         m.save(folder / "m.stl")
         s.save(folder / "s.isp")
         again: isospectrum.Spectrum = isospectrum.open(folder / "s.isp")

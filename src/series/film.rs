@@ -1,6 +1,6 @@
 //! A film of pictures, encoded by `ffmpeg`.
 //!
-//! The pictures are in a temporary folder next to the film until it is complete. Without ffmpeg, `render` can write numbered
+//! The pictures are in a temporary folder next to the film until it is complete. Without ffmpeg there can be numbered
 //! pictures instead.
 
 use std::fs::File;
@@ -9,13 +9,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use isospectrum::file::TemporaryFolder;
-use isospectrum::render::{Background, Image};
-use isospectrum::{Error, Result};
-
-use super::interrupt;
-use super::output::Output;
-use super::size_argument::PictureSize;
+use crate::atomic_folder::TemporaryFolder;
+use crate::error::{Error, Result};
+use crate::output::Output;
+use crate::progress::Progress;
+use crate::render::{Background, Image};
 
 /// Interval at which the end of ffmpeg is checked.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -62,10 +60,9 @@ impl Film {
     /// # Errors
     ///
     /// [`Error::Usage`] if ffmpeg is missing, or the format does not support the size or the background.
-    pub(super) fn check(&self, size: PictureSize, background: Background) -> Result<()> {
+    pub(super) fn check(&self, [width, height]: [u32; 2], background: Background) -> Result<()> {
         let shown = self.path.display();
         let wrong = |what: String| Err(Error::Usage(format!("{shown}: {what}")));
-        let PictureSize { width, height } = size;
         if width % 2 != 0 || height % 2 != 0 {
             return wrong(format!(
                 "a film cannot have {width}x{height} pixels, expected even numbers"
@@ -160,7 +157,7 @@ impl FilmWriter {
     /// # Errors
     ///
     /// [`Error::Io`] with the message of ffmpeg, [`Error::Interrupted`].
-    pub(super) fn finish(self, is_transparent: bool) -> Result<()> {
+    pub(super) fn finish(self, is_transparent: bool, progress: &dyn Progress) -> Result<()> {
         let FilmWriter { film, folder, .. } = self;
         let failed = |error| Error::io(film.path(), error);
         let log_path = folder.path().join("ffmpeg.log");
@@ -180,7 +177,7 @@ impl FilmWriter {
             if let Some(status) = child.try_wait().map_err(failed)? {
                 break status;
             }
-            if interrupt::requested() {
+            if progress.cancelled() {
                 // The terminal sends the signal to ffmpeg as well, so it can have ended already.
                 let _ = child.kill();
                 let _ = child.wait();
@@ -188,7 +185,7 @@ impl FilmWriter {
             }
             std::thread::sleep(POLL_INTERVAL);
         };
-        if !status.success() && interrupt::requested() {
+        if !status.success() && progress.cancelled() {
             return Err(Error::Interrupted);
         }
         if !status.success() {

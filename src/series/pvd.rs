@@ -2,16 +2,15 @@
 
 use std::path::Path;
 
-use isospectrum::{Error, Result};
-
-use super::frames::Pattern;
+use super::pattern::Pattern;
+use crate::error::{Error, Result};
 
 /// Returns the files that a list at `path` names.
 ///
 /// # Errors
 ///
 /// [`Error::Usage`] for a name with characters that XML cannot contain.
-pub(super) fn files(path: &Path) -> Result<Pattern> {
+pub(crate) fn files(path: &Path) -> Result<Pattern> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if !name.chars().all(is_xml) {
         let shown = path.display();
@@ -23,7 +22,7 @@ pub(super) fn files(path: &Path) -> Result<Pattern> {
 }
 
 /// Returns the list.
-pub(super) fn list(files: &[String], isovalues: &[f64]) -> String {
+pub(crate) fn list(files: &[String], isovalues: &[f64]) -> String {
     let rows = files.iter().zip(isovalues).map(|(file, isovalue)| {
         let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
         let name = escaped(&name);
