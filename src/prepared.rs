@@ -254,7 +254,7 @@ mod tests {
         assert_eq!(spectrum.statistics().as_ref(), Some(prepared.samples()));
         let again = Prepared::again(volume, &spectrum).expect("as it was");
         assert_eq!(again.samples(), prepared.volume().samples());
-        let sampling = Sampling { n_random: 4, n_events: 1, seed: 0 };
+        let sampling = Sampling { n_random: 4, n_events: 1, seed: 0, ..Sampling::default() };
         let found = verify(&spectrum, &again, sampling, Limits::default(), &Silent);
         let found = found.expect("the same volume");
         assert_eq!(found.totals.topology_right, found.totals.isovalues);

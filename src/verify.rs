@@ -180,7 +180,7 @@ fn measured_at(
         // Topology is found on one thread, geometry on all.
         let (mut row, measured) = rayon::join(
             || topology_row(&field, isovalue, at_event, &mesh),
-            || measured(field.volume(), isovalue, &mesh),
+            || measured(field.volume(), isovalue, &mesh, sampling.max_measured),
         );
         if let Some((self_intersecting, geometry)) = measured {
             row.self_intersecting = self_intersecting;
@@ -325,12 +325,12 @@ fn topology_row(field: &ExactField<'_>, isovalue: f64, at_event: bool, mesh: &Me
 }
 
 /// How many triangles cross others, and the geometry; nothing if the mesh is not inside the volume.
-fn measured(volume: &Volume, isovalue: f64, mesh: &Mesh) -> Option<(usize, Geometry)> {
+fn measured(volume: &Volume, isovalue: f64, mesh: &Mesh, most: usize) -> Option<(usize, Geometry)> {
     if !measure::is_placed(volume, mesh) {
         return None;
     }
     let grid = TriangleGrid::new(mesh);
-    let geometry = measure::measure(volume, isovalue, mesh, &grid);
+    let geometry = measure::measure(volume, isovalue, mesh, &grid, most);
     Some((grid.self_intersecting().len(), geometry))
 }
 

@@ -228,7 +228,7 @@ impl Spectrum {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<String> {
         let (handle, volume) = (self.0.clone(), volume.get().0.clone());
-        let sampling = Sampling { n_random: n, n_events: events, seed };
+        let sampling = Sampling { n_random: n, n_events: events, seed, ..Sampling::default() };
         watched(py, progress, move |watched| {
             let spectrum = handle.all()?;
             let volume = Prepared::again(volume, &spectrum)?;

@@ -73,7 +73,12 @@ impl Verify {
         self.check_order()?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let volume = Prepared::again(self.volume.read()?, &spectrum)?;
-        let sampling = Sampling { n_random: self.n, n_events: self.events, seed: self.seed };
+        let sampling = Sampling {
+            n_random: self.n,
+            n_events: self.events,
+            seed: self.seed,
+            ..Sampling::default()
+        };
         let limits = Limits {
             topology_wrong: self.max_wrong,
             deviation: self.max_deviation,

@@ -54,11 +54,16 @@ impl Distribution {
 
     /// Adds a value; NaN counts as `top`.
     pub(super) fn add(&mut self, value: f64) {
+        self.add_weighted(value, 1);
+    }
+
+    /// Adds a value that stands for `n` values; NaN counts as `top`.
+    pub(super) fn add_weighted(&mut self, value: f64, n: u64) {
         let value = if value.is_nan() { self.top } else { value.clamp(0.0, self.top) };
         let bin = (value / self.top * BINS as f64) as usize;
-        self.bins[bin.min(BINS - 1)] += 1;
-        self.n += 1;
-        self.sum += value;
+        self.bins[bin.min(BINS - 1)] += n;
+        self.n += n;
+        self.sum += n as f64 * value;
         self.min = self.min.min(value);
         self.max = self.max.max(value);
     }

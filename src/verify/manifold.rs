@@ -1,7 +1,7 @@
 //! The topology of a mesh: components, Euler characteristic, and violations of a closed
 //! oriented 2-manifold.
 //!
-//! Computed from the triangle list alone by sorting, independently of the half-edge mesh of the sweep.
+//! Computed from the triangle list alone, independently of the half-edge mesh of the sweep.
 
 use serde::Serialize;
 
@@ -35,11 +35,10 @@ impl MeshTopology {
     }
 }
 
-/// A half-edge: its ends with the smaller index first, its direction, and the corners of its
-/// triangle at the two ends.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// A half-edge at the smaller one of its ends: the larger one, its direction, and the corners of its triangle at the two ends.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct HalfEdge {
-    ends: [u32; 2],
+    larger: u32,
     forward: bool,
     corners: [u32; 2],
 }
@@ -47,55 +46,72 @@ struct HalfEdge {
 /// The topology of a mesh. Vertices without a triangle do not count.
 pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology {
     let mut result = MeshTopology::default();
-    let mut half_edges = Vec::with_capacity(3 * triangles.len());
-    for (t, triangle) in triangles.iter().enumerate() {
-        let [a, b, c] = *triangle;
-        if a == b || b == c || c == a {
-            result.nonmanifold_edges += 1;
-        }
-        for k in 0..3 {
-            let (from, to) = (triangle[k], triangle[(k + 1) % 3]);
-            let (at_from, at_to) = ((3 * t + k) as u32, (3 * t + (k + 1) % 3) as u32);
-            half_edges.push(if from < to {
-                HalfEdge { ends: [from, to], forward: true, corners: [at_from, at_to] }
-            } else {
-                HalfEdge { ends: [to, from], forward: false, corners: [at_to, at_from] }
-            });
-        }
-    }
-    half_edges.sort_unstable();
-
+    let has_twice = |&&[a, b, c]: &&[u32; 3]| a == b || b == c || c == a;
+    result.nonmanifold_edges = triangles.iter().filter(has_twice).count();
+    let (starts, mut half_edges) = by_smaller_end(n_vertices, triangles);
     let mut components = DisjointSets::new(n_vertices);
     let mut fans = DisjointSets::new(3 * triangles.len());
     let mut n_edges = 0;
-    for edge in half_edges.chunk_by(|a, b| a.ends == b.ends) {
-        n_edges += 1;
-        components.join(edge[0].ends[0], edge[0].ends[1]);
-        match edge {
-            [_] => result.boundary_edges += 1,
-            [a, b] => result.misoriented_edges += usize::from(a.forward == b.forward),
-            _ => result.nonmanifold_edges += 1,
-        }
-        for pair in edge.windows(2) {
-            fans.join(pair[0].corners[0], pair[1].corners[0]);
-            fans.join(pair[0].corners[1], pair[1].corners[1]);
+    for (smaller, ends) in starts.windows(2).enumerate() {
+        let of_vertex = &mut half_edges[ends[0] as usize..ends[1] as usize];
+        of_vertex.sort_unstable();
+        for edge in of_vertex.chunk_by(|a, b| a.larger == b.larger) {
+            n_edges += 1;
+            components.join(smaller as u32, edge[0].larger);
+            match edge {
+                [_] => result.boundary_edges += 1,
+                [a, b] => result.misoriented_edges += usize::from(a.forward == b.forward),
+                _ => result.nonmanifold_edges += 1,
+            }
+            for pair in edge.windows(2) {
+                fans.join(pair[0].corners[0], pair[1].corners[0]);
+                fans.join(pair[0].corners[1], pair[1].corners[1]);
+            }
         }
     }
-
-    let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    result.components = used.iter().filter(|&&v| components.find(v) == v).count();
-    result.euler = used.len() as i64 - n_edges + triangles.len() as i64;
-
-    let mut fan_of_vertex: Vec<(u32, u32)> = (0..3 * triangles.len() as u32)
-        .map(|corner| (triangles[corner as usize / 3][corner as usize % 3], fans.find(corner)))
-        .collect();
-    fan_of_vertex.sort_unstable();
-    fan_of_vertex.dedup();
-    result.nonmanifold_vertices =
-        fan_of_vertex.chunk_by(|a, b| a.0 == b.0).filter(|fans| fans.len() > 1).count();
+    // By vertex, a fan of its triangles, and whether there is another one.
+    let mut fan_of: Vec<Option<u32>> = vec![None; n_vertices];
+    let mut has_several = vec![false; n_vertices];
+    for (&v, corner) in triangles.as_flattened().iter().zip(0..) {
+        let fan = fans.find(corner);
+        has_several[v as usize] |= *fan_of[v as usize].get_or_insert(fan) != fan;
+    }
+    result.nonmanifold_vertices = has_several.iter().filter(|several| **several).count();
+    let used = || (0..n_vertices as u32).filter(|&v| fan_of[v as usize].is_some());
+    result.components = used().filter(|&v| components.find(v) == v).count();
+    result.euler = used().count() as i64 - n_edges + triangles.len() as i64;
     result
+}
+
+/// The half-edges of triangles, those with the same smaller end together, and the index of the first one of each vertex.
+fn by_smaller_end(n_vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
+    let each = || {
+        triangles.iter().enumerate().flat_map(|(t, triangle)| {
+            (0..3).map(move |k| {
+                let next = (k + 1) % 3;
+                let (from, to) = (triangle[k], triangle[next]);
+                let corners = [(3 * t + k) as u32, (3 * t + next) as u32];
+                if from < to {
+                    (from, HalfEdge { larger: to, forward: true, corners })
+                } else {
+                    let corners = [corners[1], corners[0]];
+                    (to, HalfEdge { larger: from, forward: false, corners })
+                }
+            })
+        })
+    };
+    let mut starts = vec![0u32; n_vertices + 1];
+    each().for_each(|(smaller, _)| starts[smaller as usize + 1] += 1);
+    for v in 0..n_vertices {
+        starts[v + 1] += starts[v];
+    }
+    let mut next = starts.clone();
+    let mut half_edges = vec![HalfEdge::default(); 3 * triangles.len()];
+    for (smaller, half_edge) in each() {
+        half_edges[next[smaller as usize] as usize] = half_edge;
+        next[smaller as usize] += 1;
+    }
+    (starts, half_edges)
 }
 
 #[cfg(test)]

@@ -70,15 +70,17 @@ pub(super) fn is_placed(volume: &Volume, mesh: &Mesh) -> bool {
     })
 }
 
-/// Measures a mesh that [`is_placed`].
+/// Measures a mesh that [`is_placed`]: at most about `most` of its triangles and of its vertices, evenly distributed, each of which stands
+/// for as many.
 pub(super) fn measure(
     volume: &Volume,
     isovalue: f64,
     mesh: &Mesh,
     grid: &TriangleGrid<'_>,
+    most: usize,
 ) -> Geometry {
-    let mut geometry = of_triangles(volume, isovalue, mesh, 1);
-    add_vertices(&mut geometry.vertex_deviation, volume, isovalue, mesh);
+    let mut geometry = of_triangles(volume, isovalue, mesh, stride(mesh.triangles.len(), most));
+    add_vertices(&mut geometry.vertex_deviation, volume, isovalue, mesh, most);
     let points = lattice_crossings(volume, isovalue);
     let distances: Vec<f64> = points.par_iter().map(|&p| grid.distance(p, MAX_DISTANCE)).collect();
     distances.into_iter().for_each(|d| geometry.surface_deviation.add(d));
@@ -87,8 +89,12 @@ pub(super) fn measure(
 
 /// Measures a subset of the triangles of a mesh that [`is_placed`], evenly distributed.
 pub(super) fn spot_check(volume: &Volume, isovalue: f64, mesh: &Mesh) -> Geometry {
-    let every = mesh.triangles.len().div_ceil(MAX_POINTS).max(1);
-    of_triangles(volume, isovalue, mesh, every)
+    of_triangles(volume, isovalue, mesh, stride(mesh.triangles.len(), MAX_POINTS))
+}
+
+/// The distance in a list of `n` to the next one of at most `most`.
+fn stride(n: usize, most: usize) -> usize {
+    n.div_ceil(most).max(1)
 }
 
 /// Measures one in `every` triangles of a mesh, without its vertices and the coverage of the isosurface.
@@ -99,16 +105,19 @@ fn of_triangles(volume: &Volume, isovalue: f64, mesh: &Mesh, every: usize) -> Ge
     for (triangle, _) in proper.step_by(every) {
         let corners = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
         if corners.iter().all(|&p| is_inside(volume, p)) {
-            geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));
+            geometry
+                .radius_ratio
+                .add_weighted(radius_ratio(corners.map(DVec3::from)), every as u64);
             measured.push(corners);
         }
     }
     geometry.inverted = measured
         .par_iter()
         .filter(|&&c| is_inverted(volume, barycentre(c), area_vector(c)))
-        .count() as u64;
+        .count() as u64
+        * every as u64;
     let distances = measured.par_iter().map(|&c| barycentre_distance(volume, isovalue, c));
-    add_all(&mut geometry.barycentre_deviation, distances.collect());
+    add_all(&mut geometry.barycentre_deviation, distances.collect(), every);
     geometry
 }
 
@@ -136,7 +145,7 @@ fn barycentre_distance(volume: &Volume, isovalue: f64, corners: [Point; 3]) -> H
 
 /// Adds the distances of the vertices of a mesh that are inside the volume and have a triangle that is not a cap:
 /// vertices of caps alone are on the border, wherever the isosurface is.
-fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &Mesh) {
+fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &Mesh, most: usize) {
     let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
     let mut normals = vec![[0.0; 3]; positions.len()];
     let triangles = || mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap).map(|t| t.0);
@@ -146,13 +155,15 @@ fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &
             normals[v as usize] = along(normals[v as usize], 1.0, normal);
         }
     }
-    let mut used: Vec<u32> = triangles().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    let inside = used.iter().map(|&v| v as usize).filter(|&v| is_inside(volume, positions[v]));
+    let mut is_used = vec![false; positions.len()];
+    triangles().flatten().for_each(|&v| is_used[v as usize] = true);
+    let used: Vec<u32> = (0..).zip(is_used).filter(|v| v.1).map(|v| v.0).collect();
+    let every = stride(used.len(), most);
+    let measured = used.iter().step_by(every).map(|&v| v as usize);
+    let inside = measured.filter(|&v| is_inside(volume, positions[v]));
     let vertices: Vec<(Point, Point)> = inside.map(|v| (positions[v], normals[v])).collect();
     let distances = vertices.par_iter().map(|&vertex| distance(volume, isovalue, vertex));
-    add_all(into, distances.collect());
+    add_all(into, distances.collect(), every);
 }
 
 /// The distance of a point with a normal of any length to the isosurface.
@@ -164,12 +175,12 @@ fn distance(volume: &Volume, isovalue: f64, (point, normal): (Point, Point)) -> 
 }
 
 /// Adds distances. Lines that leave the volume first do not count; points without an isosurface within reach
-/// count as [`MAX_DISTANCE`].
-fn add_all(into: &mut Distribution, distances: Vec<Hit>) {
+/// count as [`MAX_DISTANCE`]. Each stands for `every`.
+fn add_all(into: &mut Distribution, distances: Vec<Hit>, every: usize) {
     for hit in distances {
         match hit {
-            Hit::At(t) => into.add(t),
-            Hit::Nothing => into.add(MAX_DISTANCE),
+            Hit::At(t) => into.add_weighted(t, every as u64),
+            Hit::Nothing => into.add_weighted(MAX_DISTANCE, every as u64),
             Hit::Border => {}
         }
     }
@@ -223,8 +234,8 @@ pub(super) fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
         points
     };
     let points: Vec<Point> = (0..nz).into_par_iter().flat_map_iter(in_slice).collect();
-    let stride = points.len().div_ceil(MAX_POINTS).max(1);
-    points.into_iter().step_by(stride).collect()
+    let every = stride(points.len(), MAX_POINTS);
+    points.into_iter().step_by(every).collect()
 }
 
 #[cfg(test)]
@@ -250,7 +261,7 @@ mod tests {
             caps: exact.caps,
         };
         let mut deviation = Distribution::new(MAX_DISTANCE);
-        add_vertices(&mut deviation, &volume, isovalue, &mesh);
+        add_vertices(&mut deviation, &volume, isovalue, &mesh, usize::MAX);
         // Rounding of positions.
         assert!(deviation.summary().max.is_some_and(|largest| largest < 1e-5));
     }

@@ -5,7 +5,9 @@
 
 use rayon::prelude::*;
 
-use super::geometry::{Point, length, point_triangle_distance, segment_crosses_triangle};
+use super::geometry::{
+    Point, area_vector, dot, length, minus, point_triangle_distance, segment_crosses_triangle,
+};
 use crate::spectrum::Mesh;
 
 /// The bit by which numbers with a sign are in the order of those without.
@@ -110,13 +112,16 @@ impl<'a> TriangleGrid<'a> {
         let mut crossing: Vec<u32> = self
             .cells
             .par_iter()
+            .with_min_len(64)
             .flat_map_iter(|&cell| {
-                let inside = self.inside(cell);
+                let inside = self.inside(cell).iter();
+                let boxes: Vec<(u32, Box)> =
+                    inside.map(|&t| (t, Box::of(self.corners(t)))).collect();
                 let mut found = Vec::new();
-                for (x, &first) in inside.iter().enumerate() {
-                    for &second in &inside[x + 1..] {
-                        if self.cross(first, second) {
-                            found.extend([first, second]);
+                for (x, (first, a)) in boxes.iter().enumerate() {
+                    for (second, b) in &boxes[x + 1..] {
+                        if a.meets(b) && self.cross(*first, *second) {
+                            found.extend([*first, *second]);
                         }
                     }
                 }
@@ -128,14 +133,14 @@ impl<'a> TriangleGrid<'a> {
         crossing
     }
 
+    /// Whether two triangles whose bounding boxes meet cross each other.
     fn cross(&self, first: u32, second: u32) -> bool {
         let (f, g) = (self.triangles[first as usize], self.triangles[second as usize]);
-        let (p, q) = (self.corners(first), self.corners(second));
-        let ((f_low, f_high), (g_low, g_high)) = (bounds(p), bounds(q));
-        if (0..3).any(|a| f_low[a] > g_high[a] || g_low[a] > f_high[a]) {
+        if f.iter().filter(|v| g.contains(v)).count() >= 2 {
             return false;
         }
-        if f.iter().filter(|v| g.contains(v)).count() >= 2 {
+        let (p, q) = (self.corners(first), self.corners(second));
+        if is_on_one_side(f, p, g, q) || is_on_one_side(g, q, f, p) {
             return false;
         }
         let edges_cross = |f: [u32; 3], p: [Point; 3], g: [u32; 3], q: [Point; 3]| {
@@ -201,6 +206,35 @@ impl<'a> TriangleGrid<'a> {
         };
         length(std::array::from_fn(along_axis))
     }
+}
+
+/// A bounding box.
+struct Box {
+    low: Point,
+    high: Point,
+}
+
+impl Box {
+    fn of(corners: [Point; 3]) -> Box {
+        let (low, high) = bounds(corners);
+        Box { low, high }
+    }
+
+    fn meets(&self, other: &Box) -> bool {
+        (0..3).all(|a| self.low[a] <= other.high[a] && other.low[a] <= self.high[a])
+    }
+}
+
+/// Whether the corners `p` of triangle `f` that are not corners of `g` are strictly on one side of the plane of `g`, whose corners
+/// are `q`.
+fn is_on_one_side(f: [u32; 3], p: [Point; 3], g: [u32; 3], q: [Point; 3]) -> bool {
+    let normal = area_vector(q);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for i in (0..3).filter(|&i| !g.contains(&f[i])) {
+        let height = dot(minus(p[i], q[0]), normal);
+        (low, high) = (low.min(height), high.max(height));
+    }
+    low > 0.0 || high < 0.0
 }
 
 fn cell_of(p: Point, cell_size: f64) -> [i32; 3] {

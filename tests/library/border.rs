@@ -38,7 +38,7 @@ fn verified(volume: &Arc<Volume>, range: (f64, f64), start: f64) -> (Report, f64
     let (start, range) = (Some(start), Some(range));
     let parameters = Parameters::default().with_start(start).with_range(range);
     let spectrum = swept_with(volume, &parameters);
-    let sampling = Sampling { n_random: 16, n_events: 2, seed: 3 };
+    let sampling = Sampling { n_random: 16, n_events: 2, seed: 3, ..Sampling::default() };
     let report = verify(&spectrum, volume, sampling, Limits::default(), &Silent);
     let share = spectrum.parameters().number("/tracked_area_share").expect("in the metadata");
     (report.expect("verifiable"), share)

@@ -559,7 +559,7 @@ fn verify_finds_exact_topology_at_random_isovalues() {
 
 fn verify_phantom(name: &str, seed: u64) {
     let (volume, spectrum) = phantom_spectrum(name);
-    let sampling = Sampling { n_random: 12, n_events: 4, seed };
+    let sampling = Sampling { n_random: 12, n_events: 4, seed, ..Sampling::default() };
     let report =
         verify(&spectrum, &volume, sampling, Limits::default(), &Silent).expect("verifiable");
     let totals = &report.totals;

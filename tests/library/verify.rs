@@ -54,7 +54,7 @@ fn unmoving_but(change: impl FnOnce(&mut Patch)) -> Spectrum {
 }
 
 fn report(spectrum: &Spectrum) -> Report {
-    let sampling = Sampling { n_random: 3, n_events: 0, seed: 1 };
+    let sampling = Sampling { n_random: 3, n_events: 0, seed: 1, ..Sampling::default() };
     verify(spectrum, &sphere(), sampling, Limits::default(), &Silent).expect("verifiable")
 }
 
@@ -233,7 +233,7 @@ fn jumping(by: f32) -> Spectrum {
 #[test]
 fn a_jump_away_from_events_is_measured_and_limited() {
     let spectrum = jumping(0.25);
-    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
+    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1, ..Sampling::default() };
     let limits = Limits { jump: Some(0.1), deviation: Some(1.0), ..Limits::default() };
     let report = verify(&spectrum, &sphere(), sampling, limits, &Silent).expect("verifiable");
     let totals = &report.totals;
@@ -249,7 +249,7 @@ fn a_jump_away_from_events_is_measured_and_limited() {
 
 #[test]
 fn a_jump_of_the_mesh_without_a_jump_of_the_isosurface_fails() {
-    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
+    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1, ..Sampling::default() };
     let found = |by: f32| {
         let limits = Limits::default();
         verify(&jumping(by), &sphere(), sampling, limits, &Silent).expect("verifiable")
@@ -274,7 +274,7 @@ fn a_jump_of_the_mesh_with_the_isosurface_passes() {
     let volume = Arc::new(plateau());
     let range = Some((3.0, 7.0));
     let spectrum = swept_with(&volume, &Parameters::default().with_range(range));
-    let sampling = Sampling { n_random: 4, n_events: 8, seed: 1 };
+    let sampling = Sampling { n_random: 4, n_events: 8, seed: 1, ..Sampling::default() };
     let limits = Limits::default();
     let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");
     let jumps = report.continuity.at_events.iter().chain(&report.continuity.elsewhere);
@@ -287,7 +287,7 @@ fn a_jump_of_the_mesh_with_the_isosurface_passes() {
 
 /// Checks that a default spectrum keeps all promises.
 fn keeps_its_promises(volume: &Volume, spectrum: &Spectrum) {
-    let sampling = Sampling { n_random: 32, n_events: 8, seed: 5 };
+    let sampling = Sampling { n_random: 32, n_events: 8, seed: 5, ..Sampling::default() };
     let limits = Limits::default();
     let report = verify(spectrum, volume, sampling, limits, &Silent).expect("verifiable");
     assert!(report.passed, "{}: {:?}", volume.name(), report.failures);
