@@ -1,8 +1,8 @@
 //! The small sections: isovalues, events, collapses.
 
-use super::column::{Columns, Content, collected, unzigzag, write_column, zigzag};
+use super::column::{Column, Columns, Content, collected, unzigzag, write_column, zigzag};
 use crate::error::{Error, Result};
-use crate::spectrum::{Collapse, Event, EventKind};
+use crate::spectrum::{Collapse, Event, EventKind, FINEST_QUANTUM};
 
 /// Appends the table of isovalues of a tree to the content of section `ISOV`.
 pub(super) fn write_isovalues(bytes: &mut Vec<u8>, isovalues: &[f64]) {
@@ -57,7 +57,7 @@ fn from_ordered_bits(key: u64) -> f64 {
     f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 
-/// Section `EVNT`.
+/// Section `EVNT`. Positions are multiples of [`FINEST_QUANTUM`].
 pub(super) fn write_events(events: &[Event]) -> Vec<u8> {
     let mut bytes = (events.len() as u64).to_le_bytes().to_vec();
     let mut column = |of: &dyn Fn(&Event) -> u64| {
@@ -65,9 +65,10 @@ pub(super) fn write_events(events: &[Event]) -> Vec<u8> {
     };
     column(&|e| e.isovalue.to_bits());
     for axis in 0..3 {
-        column(&|e| e.position[axis].to_bits());
+        column(&|e| zigzag((e.position[axis] / FINEST_QUANTUM).round() as i64));
     }
     column(&|e| e.kind.code().into());
+    column(&|e| e.persistence.unwrap_or(0.0).to_bits());
     bytes
 }
 
@@ -76,19 +77,24 @@ pub(super) fn read_events(content: &Content) -> Result<Vec<Event>> {
     let mut columns = content.columns();
     let n = columns.count()?;
     let isovalues = columns.column(n, 64)?;
-    let positions = [columns.column(n, 64)?, columns.column(n, 64)?, columns.column(n, 64)?];
+    let positions = [columns.column(n, 40)?, columns.column(n, 40)?, columns.column(n, 40)?];
     let kinds = columns.column(n, 8)?;
+    let persistence = columns.column(n, 64)?;
     columns.end()?;
     collected(n, |i| {
-        let number = |bits: Result<u64>| bits.map(f64::from_bits);
+        let coordinate = |column: &Column| {
+            column.get_signed(i).map(|quanta| quanta as f64 * FINEST_QUANTUM)
+        };
         let [x, y, z] = &positions;
+        let lasts = f64::from_bits(persistence.get(i)?);
         let code = kinds.get(i)? as usize;
         Ok(Event {
-            isovalue: number(isovalues.get(i))?,
-            position: [number(x.get(i))?, number(y.get(i))?, number(z.get(i))?],
+            isovalue: f64::from_bits(isovalues.get(i)?),
+            position: [coordinate(x)?, coordinate(y)?, coordinate(z)?],
             kind: *EventKind::ALL.get(code).ok_or_else(|| {
                 Error::input(format!("event {i} is of kind {code}, expected 0 to 5"))
             })?,
+            persistence: (lasts != 0.0).then_some(lasts),
         })
     })
 }

@@ -6,12 +6,21 @@
 //! vanish (the pairs of persistent homology; Edelsbrunner, Letscher, Zomorodian 2002). A spectrum does not store the pairs, which need
 //! the samples. Here an event is paired with the nearest one of the other kind at a higher isovalue, near in isovalue and place,
 //! nearest pairs first. Noise makes such pairs next to each other, so they are found; for pairs far apart the persistence is an estimate.
+//!
+//! Pairs are found scale by scale: in buckets of space that double in size, only pairs not farther apart than half of a bucket. Of what is
+//! left, an event is paired with the last one of its kind before it that has no partner, as in merge trees.
 
 use crate::topology::{Event, EventKind};
 use crate::volume::VolumeInfo;
 
-/// An event is compared with at most so many events at higher isovalues, so that the time is proportional to their number.
-const MAX_CANDIDATES: usize = 64;
+/// The sizes of buckets, voxels: noise makes pairs of neighbouring samples.
+const BUCKETS: [f64; 4] = [4.0, 8.0, 16.0, 32.0];
+
+/// An event is compared with at most so many events of a bucket, those that follow it by isovalue, so that the time is proportional to their number.
+const MAX_CANDIDATES: usize = 16;
+
+/// The kinds of events that make something.
+const MAKERS: [EventKind; 3] = [EventKind::Emerge, EventKind::HandleOpen, EventKind::Split];
 
 /// The persistence of each event of a volume, in ascending order of isovalues: the isovalues between it and its partner, as a share of the range. Without a
 /// partner they reach to the end of the range: the upper end if the event makes something, else the lower end.
@@ -21,36 +30,90 @@ pub fn event_persistence(
     (low, high): (f64, f64),
 ) -> Vec<f64> {
     let range = high - low;
-    let diagonal = volume.dims.map(|n| (n as f64).powi(2)).iter().sum::<f64>().sqrt();
     let share = |from: f64, to: f64| if range > 0.0 { (to - from) / range } else { 0.0 };
-    let mut pairs = Vec::new();
-    for (i, event) in events.iter().enumerate() {
-        let Some(partner) = partner(event.kind) else { continue };
-        let later = (i + 1..events.len()).filter(|&j| events[j].kind == partner);
-        for j in later.take(MAX_CANDIDATES) {
-            let other = &events[j];
-            let squares = (0..3).map(|a| (event.position[a] - other.position[a]).powi(2));
-            let distance = squares.sum::<f64>().sqrt() / diagonal;
-            pairs.push((share(event.isovalue, other.isovalue) + distance, i, j));
+    let diagonal = volume.dims.map(|n| (n as f64).powi(2)).iter().sum::<f64>().sqrt();
+    let distance = |a: &Event, b: &Event| {
+        let squares = (0..3).map(|k| (a.position[k] - b.position[k]).powi(2));
+        share(a.isovalue, b.isovalue) * diagonal + squares.sum::<f64>().sqrt()
+    };
+    let mut partners: Vec<Option<usize>> = vec![None; events.len()];
+    for maker in MAKERS {
+        for bucket in BUCKETS {
+            pair_near(events, maker, bucket, &distance, &mut partners);
+        }
+        pair_last(events, maker, &mut partners);
+    }
+    let of = |(event, partner): (&Event, &Option<usize>)| match partner {
+        Some(j) => share(event.isovalue, events[*j].isovalue).abs(),
+        None if MAKERS.contains(&event.kind) => share(event.isovalue, high),
+        None => share(low, event.isovalue),
+    };
+    events.iter().zip(&partners).map(of).collect()
+}
+
+/// Pairs events of a kind that have no partner with those that end them within half of a bucket, the nearest pairs first.
+fn pair_near(
+    events: &[Event],
+    maker: EventKind,
+    bucket: f64,
+    distance: &dyn Fn(&Event, &Event) -> f64,
+    partners: &mut [Option<usize>],
+) {
+    let alone = |kind: EventKind| {
+        let is_alone = |&i: &usize| events[i].kind == kind && partners[i].is_none();
+        (0..events.len()).filter(is_alone).collect::<Vec<usize>>()
+    };
+    let Some(end) = partner(maker) else { return };
+    let mut ends: Vec<(u64, usize)> = alone(end)
+        .into_iter()
+        .map(|i| (key(events[i].position.map(|x| x / bucket), 0), i))
+        .collect();
+    ends.sort_unstable();
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for i in alone(maker) {
+        // Eight buckets contain all that is within half of a bucket.
+        let place = events[i].position.map(|x| x / bucket - 0.5);
+        for key in (0..8).map(|corner| key(place, corner)) {
+            let from = ends.partition_point(|end| *end <= (key, i));
+            let inside = ends[from..].iter().take_while(|end| end.0 == key);
+            let pairs_of =
+                inside.take(MAX_CANDIDATES).map(|&(_, j)| (distance(&events[i], &events[j]), i, j));
+            pairs.extend(pairs_of.filter(|pair| pair.0 <= 0.5 * bucket));
         }
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let mut persistence: Vec<Option<f64>> = vec![None; events.len()];
     for (_, i, j) in pairs {
-        if persistence[i].is_none() && persistence[j].is_none() {
-            let of_both = share(events[i].isovalue, events[j].isovalue);
-            (persistence[i], persistence[j]) = (Some(of_both), Some(of_both));
+        if partners[i].is_none() && partners[j].is_none() {
+            (partners[i], partners[j]) = (Some(j), Some(i));
         }
     }
-    let alone = |event: &Event| match partner(event.kind) {
-        Some(_) => share(event.isovalue, high),
-        None => share(low, event.isovalue),
+}
+
+/// The bucket of a position in buckets, or one of those after it: along x, y and z if bits 0, 1 and 2 of `corner` are set.
+fn key(position: [f64; 3], corner: i64) -> u64 {
+    const BITS: u32 = 21;
+    let along = |axis: usize| {
+        let index = position[axis].floor() as i64 + (corner >> axis & 1) + (1 << (BITS - 1));
+        index as u64 & ((1 << BITS) - 1)
     };
-    persistence
-        .iter()
-        .zip(events)
-        .map(|(pair, event)| pair.unwrap_or_else(|| alone(event)))
-        .collect()
+    along(0) << (2 * BITS) | along(1) << BITS | along(2)
+}
+
+/// Pairs events that end something and have no partner with the last event before that makes it and has none.
+fn pair_last(events: &[Event], maker: EventKind, partners: &mut [Option<usize>]) {
+    let mut open: Vec<usize> = Vec::new();
+    for (j, event) in events.iter().enumerate() {
+        if partners[j].is_some() {
+            continue;
+        }
+        if event.kind == maker {
+            open.push(j);
+        } else if partner(maker) == Some(event.kind)
+            && let Some(i) = open.pop()
+        {
+            (partners[i], partners[j]) = (Some(j), Some(i));
+        }
+    }
 }
 
 /// The numbers of the `n` events of the largest persistence, ascending.

@@ -28,13 +28,17 @@ pub fn quantum(tolerance: f64) -> f64 {
 }
 
 impl Spectrum {
-    /// The spectrum with positions rounded as by the file. Idempotent.
+    /// The spectrum with positions rounded as by the file: those of trajectories to the [`quantum`], those of events to
+    /// [`FINEST_QUANTUM`]. Idempotent.
     pub fn quantised(mut self) -> Spectrum {
         let step = quantum(self.tolerance());
         // Every `f32` that a multiple of the step cannot be is larger than any coordinate, or a multiple itself.
         let rounded = |x: f32| ((f64::from(x) / step).round() * step) as f32;
         for knot in &mut self.patch_mut().knots {
             knot.position = knot.position.map(rounded);
+        }
+        for event in &mut self.about.events {
+            event.position = event.position.map(|x| (x / FINEST_QUANTUM).round() * FINEST_QUANTUM);
         }
         self
     }

@@ -19,6 +19,7 @@ use std::collections::HashMap;
 use num_bigint::BigInt;
 
 use super::arcs::{Arc, ArcTree, n_arcs_in};
+use super::compute::extremum_pairs;
 use super::critical::{
     CriticalPoint, CriticalPoints, GridElement, LAYER, layer, precise_value, sort_exactly,
 };
@@ -224,7 +225,8 @@ pub fn join_blocks(
     let join = MergeTree::of_nodes(Direction::Up, &points)?;
     let split = MergeTree::of_nodes(Direction::Down, &points)?;
     let tree = ArcTree::of(points, &join, &split, outside, keys)?;
-    Ok(JoinedTopology { events: net_events(&tree.events, &tree.arcs), arcs: tree.arcs })
+    let pairs = extremum_pairs(&tree.events, tree.layer, [&join, &split]);
+    Ok(JoinedTopology { events: net_events(&tree.events, &tree.arcs, &pairs), arcs: tree.arcs })
 }
 
 /// The nodes of the extrema at which walks in a direction end, by sample.

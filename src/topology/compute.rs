@@ -97,7 +97,7 @@ impl Topology {
     /// The events of the volume without the ramp, ascending: those of [`Self::events`] that only the
     /// ramp makes are removed, so a plateau has its net effect.
     pub fn net_events(&self) -> Vec<Event> {
-        net_events(&self.events, &self.arcs)
+        net_events(&self.events, &self.arcs, &self.extremum_pairs())
     }
 
     /// Number of isosurface components. Below the layer's value and above all samples it is 0.
@@ -149,19 +149,7 @@ impl Topology {
     /// has no pair: the layer on one side, on the other the last to vanish (or the first to emerge,
     /// if the layer is high).
     pub fn extremum_pairs(&self) -> Vec<ExtremumPair> {
-        let pair = |tree: &MergeTree, node: u32| {
-            let saddle = self.event_of(tree.absorbed_at(node)?)?;
-            let extremum = self.event_of(node)?;
-            let persistence = self.events[saddle].isovalue - self.events[extremum].isovalue;
-            Some(ExtremumPair {
-                extremum: extremum as u32,
-                saddle: saddle as u32,
-                persistence: persistence.abs(),
-            })
-        };
-        let nodes = 0..self.depth.len() as u32;
-        let minima = nodes.clone().filter_map(|node| pair(&self.join, node));
-        minima.chain(nodes.filter_map(|node| pair(&self.split, node))).collect()
+        extremum_pairs(&self.events, self.layer, [&self.join, &self.split])
     }
 
     /// Number of nodes not above an isovalue.
@@ -170,8 +158,23 @@ impl Topology {
         self.n_events_until(isovalue) as u32 + u32::from(self.layer_key <= key)
     }
 
-    /// The event of a node; `None` for the layer.
-    fn event_of(&self, node: u32) -> Option<usize> {
-        (node != self.layer).then(|| node as usize - usize::from(self.layer == 0))
-    }
+}
+
+/// As [`Topology::extremum_pairs`], of the events and the trees of minima and maxima. Nodes are the events and the layer, which is the first or
+/// the last.
+pub(super) fn extremum_pairs(
+    events: &[TopologyEvent],
+    layer: u32,
+    [join, split]: [&MergeTree; 2],
+) -> Vec<ExtremumPair> {
+    let event_of = |node: u32| (node != layer).then(|| node as usize - usize::from(layer == 0));
+    let pair = |tree: &MergeTree, node: u32| {
+        let saddle = event_of(tree.absorbed_at(node)?)?;
+        let extremum = event_of(node)?;
+        let persistence = (events[saddle].isovalue - events[extremum].isovalue).abs();
+        Some(ExtremumPair { extremum: extremum as u32, saddle: saddle as u32, persistence })
+    };
+    let nodes = 0..events.len() as u32 + 1;
+    let minima = nodes.clone().filter_map(|node| pair(join, node));
+    minima.chain(nodes.filter_map(|node| pair(split, node))).collect()
 }

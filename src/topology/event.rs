@@ -67,6 +67,11 @@ pub struct Event {
     pub position: [f64; 3],
     /// The change.
     pub kind: EventKind,
+    /// The isovalues for which what begins here lasts, or has lasted what ends here, units of the volume: for components, the persistence of
+    /// the extremum of {f <= c} or {f > c} that begins or ends here (emerge and merge; split and vanish). `None` for handles, and for
+    /// components that reach to the end of the volume's range.
+    #[serde(default)]
+    pub persistence: Option<f64>,
 }
 
 /// A critical point of the generic field, with the change of topology at it.

@@ -12,8 +12,11 @@
 //!
 //! This is the shortest list of events with this effect: it does not include a handle that opens and
 //! closes at one isovalue.
+//!
+//! Their persistence is that of pairs of an extremum and a saddle in different clusters, of which the persistence is not 0.
 
 use super::arcs::Arc;
+use super::compute::ExtremumPair;
 use super::event::{Event, EventKind, TopologyEvent};
 
 /// Events joined by arcs that only the ramp makes.
@@ -25,20 +28,33 @@ struct EventCluster {
     euler_change: i64,
     /// Members, ascending.
     events: Vec<u32>,
+    /// The persistence of the pairs of which one event is here, by what happens to their component here; the largest first.
+    emerging: Vec<f64>,
+    merging: Vec<f64>,
+    splitting: Vec<f64>,
+    vanishing: Vec<f64>,
 }
 
 /// The events without the ramp, ascending; within a cluster emergences come first, then merges,
 /// handles, splits, vanishings. Each has the position of the first event of its kind.
-pub(super) fn net_events(events: &[TopologyEvent], arcs: &[Arc]) -> Vec<Event> {
+pub(super) fn net_events(
+    events: &[TopologyEvent],
+    arcs: &[Arc],
+    pairs: &[ExtremumPair],
+) -> Vec<Event> {
     let mut net: Vec<(usize, Event)> = Vec::new();
-    for cluster in clusters(events.len(), arcs) {
+    for cluster in clusters(events, arcs, pairs) {
         let Some(&last) = cluster.events.last() else { continue };
         let isovalue = events[last as usize].isovalue;
         for (kind, n) in cluster.changes() {
             let of_kind =
                 cluster.events.iter().find(|&&e| events[e as usize].kind == kind).unwrap_or(&last);
             let position = events[*of_kind as usize].position;
-            net.extend((0..n).map(|_| (last as usize, Event { isovalue, position, kind })));
+            let mut persistence = cluster.persistence(kind).iter().copied();
+            net.extend((0..n).map(|_| {
+                let persistence = persistence.next();
+                (last as usize, Event { isovalue, position, kind, persistence })
+            }));
         }
     }
     // Stable: the order within a cluster stays.
@@ -47,6 +63,34 @@ pub(super) fn net_events(events: &[TopologyEvent], arcs: &[Arc]) -> Vec<Event> {
 }
 
 impl EventCluster {
+    /// Adds a pair with one event here.
+    fn add(&mut self, kind: EventKind, persistence: f64) {
+        match kind {
+            EventKind::Emerge => self.emerging.push(persistence),
+            EventKind::Merge => self.merging.push(persistence),
+            EventKind::Split => self.splitting.push(persistence),
+            EventKind::Vanish => self.vanishing.push(persistence),
+            EventKind::HandleOpen | EventKind::HandleClose => {}
+        }
+    }
+
+    fn sort(&mut self) {
+        let all =
+            [&mut self.emerging, &mut self.merging, &mut self.splitting, &mut self.vanishing];
+        all.into_iter().for_each(|of_kind| of_kind.sort_by(|a, b| b.total_cmp(a)));
+    }
+
+    /// The persistence of its net events of a kind, as far as it is known.
+    fn persistence(&self, kind: EventKind) -> &[f64] {
+        match kind {
+            EventKind::Emerge => &self.emerging,
+            EventKind::Merge => &self.merging,
+            EventKind::Split => &self.splitting,
+            EventKind::Vanish => &self.vanishing,
+            EventKind::HandleOpen | EventKind::HandleClose => &[],
+        }
+    }
+
     /// The net events: kinds and numbers.
     fn changes(&self) -> [(EventKind, u32); 6] {
         let emerges = u32::from(self.n_below == 0 && self.n_above > 0);
@@ -67,8 +111,9 @@ impl EventCluster {
     }
 }
 
-/// The clusters with the arcs that leave them.
-fn clusters(n_events: usize, arcs: &[Arc]) -> Vec<EventCluster> {
+/// The clusters with the arcs that leave them, and the pairs that do.
+fn clusters(events: &[TopologyEvent], arcs: &[Arc], pairs: &[ExtremumPair]) -> Vec<EventCluster> {
+    let n_events = events.len();
     let mut parent: Vec<u32> = (0..n_events as u32).collect();
     let find = |parent: &mut Vec<u32>, mut i: u32| {
         while parent[i as usize] != i {
@@ -99,5 +144,16 @@ fn clusters(n_events: usize, arcs: &[Arc]) -> Vec<EventCluster> {
             cluster.euler_change -= arc.euler;
         }
     }
+    for pair in pairs.iter().filter(|pair| pair.persistence > 0.0) {
+        let [extremum, saddle] = [pair.extremum, pair.saddle].map(|e| find(&mut parent, e));
+        let (begins, ends) = match events[pair.extremum as usize].index {
+            0 => ((extremum, EventKind::Emerge), (saddle, EventKind::Merge)),
+            _ => ((saddle, EventKind::Split), (extremum, EventKind::Vanish)),
+        };
+        for (cluster, kind) in [begins, ends] {
+            clusters[cluster as usize].add(kind, pair.persistence);
+        }
+    }
+    clusters.iter_mut().for_each(EventCluster::sort);
     clusters
 }

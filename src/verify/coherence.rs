@@ -165,7 +165,7 @@ mod tests {
             cap: false,
         };
         let event =
-            |&isovalue: &f64| Event { isovalue, position: [0.0; 3], kind: EventKind::Merge };
+            |&isovalue: &f64| Event { isovalue, position: [0.0; 3], kind: EventKind::Merge, persistence: None };
         let info = VolumeInfo {
             name: "v".into(),
             dims: [2; 3],

@@ -205,7 +205,7 @@ impl Crafted {
         let with = |a: Content, b: Content| Content([a.0, b.0].concat());
         Crafted {
             info: info.to_string().into_bytes(),
-            events: with(Content::default().count(0), columns(5)),
+            events: with(Content::default().count(0), columns(6)),
             isovalues: isovalues(0),
             ranks: Coded::new()
                 .count(0)

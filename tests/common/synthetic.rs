@@ -259,6 +259,7 @@ impl Surface {
                 isovalue: f64::from(i) / 3.0,
                 position: [0.1 * f64::from(i), -1.5, 7.0],
                 kind: kinds[i as usize],
+                persistence: (i > 0).then_some(0.25 * f64::from(i)),
             })
             .collect();
         let patch = Patch {

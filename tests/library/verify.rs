@@ -316,7 +316,7 @@ fn triangles_replaced_at_an_event_do_not_survive_it() {
     // A quarter of the triangles of the first sphere live on, the rest is replaced.
     let spectrum = spectrum.changed(|about, patch| {
         patch.triangles[..kept].iter_mut().for_each(|triangle| triangle.death = 2);
-        about.events = vec![Event { isovalue, position: [8.0; 3], kind }];
+        about.events = vec![Event { isovalue, position: [8.0; 3], kind, persistence: None }];
     });
     let spectrum = spectrum.expect("valid");
     let report = report(&spectrum);
