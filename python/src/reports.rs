@@ -59,7 +59,7 @@ impl Curves {
     }
 }
 
-/// The columns of all events: isovalue, position in the world frame, kind.
+/// The columns of all events: isovalue, position in the world frame, kind, persistence (NaN if it is not known).
 pub(crate) fn events<'py>(
     py: Python<'py>,
     events: &[Event],
@@ -80,6 +80,8 @@ pub(crate) fn events<'py>(
     }
     let kinds: Vec<&str> = events.iter().map(|e| kind(e.kind)).collect();
     columns.set_item("kind", kinds)?;
+    let persistence = events.iter().map(|e| e.persistence.unwrap_or(f64::NAN));
+    columns.set_item("persistence", persistence.collect::<Vec<f64>>().into_pyarray(py))?;
     Ok(columns)
 }
 

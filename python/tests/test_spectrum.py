@@ -55,6 +55,10 @@ def test_events_are_where_topology_changes(spectrum, array):
     # The two balls part where the one saddle between them is.
     (split,) = events[events["kind"] == "split"]
     assert 5.3 < split["x"] < 12.2
+    # The lower ball has lasted since they parted.
+    lower, higher = events[events["kind"] == "vanish"]
+    assert lower["persistence"] == split["persistence"] == lower["isovalue"] - split["isovalue"]
+    assert np.isnan(higher["persistence"])
     for side, n in ((-1, 1), (1, 2)):
         assert len(spectrum.components(split["isovalue"] + side * 1e-4)) == n
 

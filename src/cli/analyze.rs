@@ -318,7 +318,7 @@ pub(super) fn event_lines(events: &[Event], volume: &VolumeInfo, range: (f64, f6
     for i in most_persistent(&persistence, MAX_DESCRIBED) {
         let event = &events[i];
         if text.is_empty() {
-            text += "\nevents of the largest persistence, estimated, in shares of the range\n";
+            text += "\nevents of the largest persistence, in shares of the range; that of handles is estimated\n";
         }
         let [x, y, z] =
             volume.placement.world_of_voxel(event.position.map(|x| x as f32)).map(place);

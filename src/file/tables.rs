@@ -82,9 +82,8 @@ pub(super) fn read_events(content: &Content) -> Result<Vec<Event>> {
     let persistence = columns.column(n, 64)?;
     columns.end()?;
     collected(n, |i| {
-        let coordinate = |column: &Column| {
-            column.get_signed(i).map(|quanta| quanta as f64 * FINEST_QUANTUM)
-        };
+        let coordinate =
+            |column: &Column| column.get_signed(i).map(|quanta| quanta as f64 * FINEST_QUANTUM);
         let [x, y, z] = &positions;
         let lasts = f64::from_bits(persistence.get(i)?);
         let code = kinds.get(i)? as usize;

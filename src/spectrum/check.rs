@@ -77,6 +77,16 @@ impl Spectrum {
             if !event.isovalue.is_finite() || event.position.iter().any(|x| !x.is_finite()) {
                 return Err(Error::input(format!("event {i} is not finite")));
             }
+            if let Some(x) = event.position.iter().find(|x| x.abs() > MAX_COORDINATE.into()) {
+                return Err(Error::input(format!(
+                    "event {i} has the coordinate {x}, expected at most 2^20 voxels"
+                )));
+            }
+            if let Some(p) = event.persistence.filter(|&p| !(p.is_finite() && p > 0.0)) {
+                return Err(Error::input(format!(
+                    "event {i} has the persistence {p}, expected a positive number"
+                )));
+            }
             if i > 0 && self.events()[i - 1].isovalue > event.isovalue {
                 return Err(Error::input(format!("event {i} is below the one before it")));
             }

@@ -1,14 +1,15 @@
-//! Which events matter: their persistence, estimated.
+//! Which events matter: their persistence.
 //!
 //! # Theory
 //!
-//! An event that makes a component or a handle has a partner that ends it: emerge and merge, handle open and handle close, split and
-//! vanish (the pairs of persistent homology; Edelsbrunner, Letscher, Zomorodian 2002). A spectrum does not store the pairs, which need
-//! the samples. Here an event is paired with the nearest one of the other kind at a higher isovalue, near in isovalue and place,
-//! nearest pairs first. Noise makes such pairs next to each other, so they are found; for pairs far apart the persistence is an estimate.
+//! An event that makes a component or a handle has a partner that ends it: emerge and merge, split and vanish, handle open and handle close (the
+//! pairs of persistent homology; Edelsbrunner, Letscher, Zomorodian 2002). Events of components know their persistence
+//! ([`Event::persistence`]). That of handles needs more than merge trees, so it is estimated: a handle that opens is paired with the nearest one that
+//! closes at a higher isovalue, near in isovalue and place, nearest pairs first. Noise makes such pairs next to each other, so they are
+//! found.
 //!
 //! Pairs are found scale by scale: in buckets of space that double in size, only pairs not farther apart than half of a bucket. Of what is
-//! left, an event is paired with the last one of its kind before it that has no partner, as in merge trees.
+//! left, a handle that closes is paired with the last one before that has opened and has no partner.
 
 use crate::topology::{Event, EventKind};
 use crate::volume::VolumeInfo;
@@ -19,42 +20,42 @@ const BUCKETS: [f64; 4] = [4.0, 8.0, 16.0, 32.0];
 /// An event is compared with at most so many events of a bucket, those that follow it by isovalue, so that the time is proportional to their number.
 const MAX_CANDIDATES: usize = 16;
 
-/// The kinds of events that make something.
-const MAKERS: [EventKind; 3] = [EventKind::Emerge, EventKind::HandleOpen, EventKind::Split];
-
-/// The persistence of each event of a volume, in ascending order of isovalues: the isovalues between it and its partner, as a share of the range. Without a
-/// partner they reach to the end of the range: the upper end if the event makes something, else the lower end.
+/// The persistence of each event of a volume, in ascending order of isovalues, as a share of the range: that of the event if it is known, for handles an
+/// estimate. Without a partner it reaches to the end of the range: the upper end if the event makes something, else the lower end; it is 0 for a handle whose
+/// partner is not known.
 pub fn event_persistence(
     events: &[Event],
     volume: &VolumeInfo,
     (low, high): (f64, f64),
 ) -> Vec<f64> {
     let range = high - low;
-    let share = |from: f64, to: f64| if range > 0.0 { (to - from) / range } else { 0.0 };
+    let share = |persistence: f64| if range > 0.0 { persistence / range } else { 0.0 };
     let diagonal = volume.dims.map(|n| (n as f64).powi(2)).iter().sum::<f64>().sqrt();
     let distance = |a: &Event, b: &Event| {
         let squares = (0..3).map(|k| (a.position[k] - b.position[k]).powi(2));
-        share(a.isovalue, b.isovalue) * diagonal + squares.sum::<f64>().sqrt()
+        share(b.isovalue - a.isovalue) * diagonal + squares.sum::<f64>().sqrt()
     };
     let mut partners: Vec<Option<usize>> = vec![None; events.len()];
-    for maker in MAKERS {
-        for bucket in BUCKETS {
-            pair_near(events, maker, bucket, &distance, &mut partners);
-        }
-        pair_last(events, maker, &mut partners);
+    for bucket in BUCKETS {
+        pair_near(events, bucket, &distance, &mut partners);
     }
-    let of = |(event, partner): (&Event, &Option<usize>)| match partner {
-        Some(j) => share(event.isovalue, events[*j].isovalue).abs(),
-        None if MAKERS.contains(&event.kind) => share(event.isovalue, high),
-        None => share(low, event.isovalue),
+    pair_last(events, &mut partners);
+    let of = |(event, partner): (&Event, &Option<usize>)| {
+        let partner = partner.map(|j| (event.isovalue - events[j].isovalue).abs());
+        share(event.persistence.or(partner).unwrap_or(match event.kind {
+            // Every handle that opens closes: in the volume's range its partner was paired with another one.
+            EventKind::HandleOpen if high >= volume.range.1 => 0.0,
+            EventKind::HandleClose if low <= volume.range.0 => 0.0,
+            EventKind::Emerge | EventKind::HandleOpen | EventKind::Split => high - event.isovalue,
+            EventKind::Merge | EventKind::HandleClose | EventKind::Vanish => event.isovalue - low,
+        }))
     };
     events.iter().zip(&partners).map(of).collect()
 }
 
-/// Pairs events of a kind that have no partner with those that end them within half of a bucket, the nearest pairs first.
+/// Pairs handles that open and have no partner with those that close within half of a bucket, the nearest pairs first.
 fn pair_near(
     events: &[Event],
-    maker: EventKind,
     bucket: f64,
     distance: &dyn Fn(&Event, &Event) -> f64,
     partners: &mut [Option<usize>],
@@ -63,14 +64,13 @@ fn pair_near(
         let is_alone = |&i: &usize| events[i].kind == kind && partners[i].is_none();
         (0..events.len()).filter(is_alone).collect::<Vec<usize>>()
     };
-    let Some(end) = partner(maker) else { return };
-    let mut ends: Vec<(u64, usize)> = alone(end)
+    let mut ends: Vec<(u64, usize)> = alone(EventKind::HandleClose)
         .into_iter()
         .map(|i| (key(events[i].position.map(|x| x / bucket), 0), i))
         .collect();
     ends.sort_unstable();
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    for i in alone(maker) {
+    for i in alone(EventKind::HandleOpen) {
         // Eight buckets contain all that is within half of a bucket.
         let place = events[i].position.map(|x| x / bucket - 0.5);
         for key in (0..8).map(|corner| key(place, corner)) {
@@ -99,19 +99,19 @@ fn key(position: [f64; 3], corner: i64) -> u64 {
     along(0) << (2 * BITS) | along(1) << BITS | along(2)
 }
 
-/// Pairs events that end something and have no partner with the last event before that makes it and has none.
-fn pair_last(events: &[Event], maker: EventKind, partners: &mut [Option<usize>]) {
+/// Pairs handles that close and have no partner with the last one before that has opened and has none.
+fn pair_last(events: &[Event], partners: &mut [Option<usize>]) {
     let mut open: Vec<usize> = Vec::new();
-    for (j, event) in events.iter().enumerate() {
-        if partners[j].is_some() {
-            continue;
-        }
-        if event.kind == maker {
-            open.push(j);
-        } else if partner(maker) == Some(event.kind)
-            && let Some(i) = open.pop()
-        {
-            (partners[i], partners[j]) = (Some(j), Some(i));
+    let n = partners.len();
+    for j in (0..n).filter(|&j| partners[j].is_none()).collect::<Vec<usize>>() {
+        match events[j].kind {
+            EventKind::HandleOpen => open.push(j),
+            EventKind::HandleClose => {
+                if let Some(i) = open.pop() {
+                    (partners[i], partners[j]) = (Some(j), Some(i));
+                }
+            }
+            _ => {}
         }
     }
 }
@@ -125,41 +125,38 @@ pub fn most_persistent(persistence: &[f64], n: usize) -> Vec<usize> {
     order
 }
 
-/// The kind of event that ends what an event makes; none for those that end something.
-fn partner(kind: EventKind) -> Option<EventKind> {
-    match kind {
-        EventKind::Emerge => Some(EventKind::Merge),
-        EventKind::HandleOpen => Some(EventKind::HandleClose),
-        EventKind::Split => Some(EventKind::Vanish),
-        EventKind::Merge | EventKind::HandleClose | EventKind::Vanish => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::volume::phantom;
 
-    fn event(isovalue: f64, x: f64, kind: EventKind) -> Event {
-        Event { isovalue, position: [x, 0.0, 0.0], kind }
+    fn handle(isovalue: f64, x: f64, kind: EventKind) -> Event {
+        Event { isovalue, position: [x, 0.0, 0.0], kind, persistence: None }
     }
 
     #[test]
-    fn a_short_pair_in_one_place_is_found_inside_a_long_one() {
-        let volume = phantom("blobs:16").expect("a phantom").info();
+    fn a_short_pair_of_handles_in_one_place_is_found_inside_a_long_one() {
+        let mut volume = phantom("blobs:16").expect("a phantom").info();
+        let (open, close) = (EventKind::HandleOpen, EventKind::HandleClose);
+        let emerges = Event { persistence: Some(35.0), ..handle(5.0, 0.0, EventKind::Emerge) };
         let events = [
-            event(10.0, 2.0, EventKind::Emerge),
-            event(50.0, 12.0, EventKind::Emerge),
-            event(51.0, 12.0, EventKind::Merge),
-            event(60.0, 5.0, EventKind::Vanish),
-            event(70.0, 3.0, EventKind::Merge),
-            event(80.0, 9.0, EventKind::HandleOpen),
+            emerges,
+            handle(10.0, 2.0, open),
+            handle(50.0, 12.0, open),
+            handle(51.0, 12.0, close),
+            handle(60.0, 5.0, EventKind::Vanish),
+            handle(70.0, 3.0, close),
+            handle(80.0, 9.0, open),
         ];
+        volume.range = (-1.0, 101.0);
         let persistence = event_persistence(&events, &volume, (0.0, 100.0));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        let expected = [0.6, 0.01, 0.01, 0.6, 0.6, 0.2];
+        let expected = [0.35, 0.6, 0.01, 0.01, 0.6, 0.6, 0.2];
         assert!(persistence.iter().zip(expected).all(|(&a, b)| close(a, b)), "{persistence:?}");
-        assert_eq!(most_persistent(&persistence, 3), [0, 3, 4]);
-        assert_eq!(most_persistent(&persistence, 9).len(), 6);
+        assert_eq!(most_persistent(&persistence, 3), [1, 4, 5]);
+        assert_eq!(most_persistent(&persistence, 9).len(), 7);
+        // The last handle has no partner in all of the volume's range.
+        volume.range = (0.0, 100.0);
+        assert_eq!(event_persistence(&events, &volume, (0.0, 100.0))[6], 0.0);
     }
 }

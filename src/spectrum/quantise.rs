@@ -37,7 +37,7 @@ impl Spectrum {
         for knot in &mut self.patch_mut().knots {
             knot.position = knot.position.map(rounded);
         }
-        for event in &mut self.about.events {
+        for event in &mut self.about_mut().events {
             event.position = event.position.map(|x| (x / FINEST_QUANTUM).round() * FINEST_QUANTUM);
         }
         self

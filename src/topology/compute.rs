@@ -157,7 +157,6 @@ impl Topology {
         let key = self.keys.key(isovalue) << ORDER_BITS;
         self.n_events_until(isovalue) as u32 + u32::from(self.layer_key <= key)
     }
-
 }
 
 /// As [`Topology::extremum_pairs`], of the events and the trees of minima and maxima. Nodes are the events and the layer, which is the first or

@@ -75,8 +75,7 @@ impl EventCluster {
     }
 
     fn sort(&mut self) {
-        let all =
-            [&mut self.emerging, &mut self.merging, &mut self.splitting, &mut self.vanishing];
+        let all = [&mut self.emerging, &mut self.merging, &mut self.splitting, &mut self.vanishing];
         all.into_iter().for_each(|of_kind| of_kind.sort_by(|a, b| b.total_cmp(a)));
     }
 

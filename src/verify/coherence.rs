@@ -164,8 +164,12 @@ mod tests {
             death,
             cap: false,
         };
-        let event =
-            |&isovalue: &f64| Event { isovalue, position: [0.0; 3], kind: EventKind::Merge, persistence: None };
+        let event = |&isovalue: &f64| Event {
+            isovalue,
+            position: [0.0; 3],
+            kind: EventKind::Merge,
+            persistence: None,
+        };
         let info = VolumeInfo {
             name: "v".into(),
             dims: [2; 3],

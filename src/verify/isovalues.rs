@@ -233,7 +233,12 @@ mod tests {
 
     #[test]
     fn events_at_one_isovalue_count_once_and_the_ends_of_the_range_not_at_all() {
-        let event = |isovalue| Event { isovalue, position: [0.0; 3], kind: EventKind::Emerge, persistence: None };
+        let event = |isovalue| Event {
+            isovalue,
+            position: [0.0; 3],
+            kind: EventKind::Emerge,
+            persistence: None,
+        };
         let events = [1.0, 3.0, 3.0, 4.0, 9.0].map(event);
         let pairs = event_isovalues(&events, (1.0, 9.0), 10, &mut Random::new(0));
         assert_eq!(pairs.len(), 2);

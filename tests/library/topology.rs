@@ -204,6 +204,45 @@ fn two_blobs_split_once_and_vanish_twice() {
 }
 
 /// A ring of eight samples of value 0 in a volume of value 9.
+#[test]
+fn both_events_of_a_pair_have_its_persistence() {
+    let mut random = Random(91);
+    for _ in 0..40 {
+        let volume = random_volume(&mut random, 0);
+        let topology = topology(&volume);
+        let events = topology.net_events();
+        let of = |kinds: [EventKind; 2]| {
+            let known = events.iter().filter(|e| kinds.contains(&e.kind));
+            let mut known: Vec<f64> = known.filter_map(|e| e.persistence).collect();
+            known.sort_by(f64::total_cmp);
+            known
+        };
+        let pairs = topology.extremum_pairs();
+        let mut all: Vec<f64> =
+            pairs.iter().map(|pair| pair.persistence).filter(|&p| p > 0.0).collect();
+        all.sort_by(f64::total_cmp);
+        assert_eq!(of([EventKind::Emerge, EventKind::Vanish]), all, "at extrema");
+        assert_eq!(of([EventKind::Merge, EventKind::Split]), all, "at saddles");
+    }
+}
+
+#[test]
+fn the_smaller_of_two_blobs_has_the_height_above_their_saddle() {
+    let blob = |p: [f64; 3], x: f64| {
+        (-((p[0] - x).powi(2) + (p[1] - 5.0).powi(2) + (p[2] - 5.0).powi(2)) / 8.0).exp()
+    };
+    let volume = from_function(11, |p| 100.0 * blob(p, 2.0) + 80.0 * blob(p, 8.0));
+    let events = topology(&volume).net_events();
+    let of = |kind: EventKind| events.iter().filter(move |e| e.kind == kind);
+    let split = of(EventKind::Split).next_back().expect("one");
+    let vanish: Vec<_> = of(EventKind::Vanish).collect();
+    let lower = vanish[vanish.len() - 2];
+    assert!((lower.isovalue - 80.0).abs() < 3.0, "{lower:?}");
+    assert_eq!(lower.persistence, Some(lower.isovalue - split.isovalue));
+    assert_eq!(split.persistence, lower.persistence);
+    assert_eq!(vanish[vanish.len() - 1].persistence, None, "the highest has no saddle");
+}
+
 fn ring() -> Volume {
     let mut samples = vec![9u8; 7 * 7 * 5];
     for (i, j) in [(2, 2), (3, 2), (4, 2), (4, 3), (4, 4), (3, 4), (2, 4), (2, 3)] {
