@@ -22,6 +22,7 @@ mod counts;
 mod exact;
 mod exchange;
 mod exchanged;
+mod fans;
 mod initial;
 mod join;
 mod life;

@@ -8,7 +8,8 @@
 
 use std::collections::BTreeSet;
 
-use super::tracked::{Tracked, split_fans};
+use super::fans::split_fans;
+use super::tracked::Tracked;
 use crate::mesh::{Face, Vertex};
 
 /// See the module.

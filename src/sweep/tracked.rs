@@ -9,10 +9,11 @@
 //! 3. No two bound vertices whose lattice edges share an exact cell are joined by an edge inside the mesh: the exact
 //!    extraction might have the same edge.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 
 use glam::Vec3;
 
+use super::fans::boundary;
 use super::region::{LatticeEdge, Link, PaddedGrid, Region};
 use crate::mesh::{Edge, Face, HalfEdge, HalfEdgeMesh, Vertex};
 use crate::topology::exact::ExactField;
@@ -345,91 +346,6 @@ pub(super) fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) 
     grid.cells_around(a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))
 }
 
-/// A corner of a triangle: the vertex, the triangle, and which of its corners.
-type Corner = (u32, u32, u32);
-
-/// Where fans of triangles meet in a vertex without a common edge, gives all fans but one a copy of the vertex, numbered from
-/// `n_vertices`. Returns the original of each copy.
-pub(super) fn split_fans(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u32> {
-    let mut corners: Vec<Corner> = Vec::with_capacity(3 * triangles.len());
-    for (t, vertices) in triangles.iter().enumerate() {
-        corners.extend((0..3).map(|i| (vertices[i], t as u32, i as u32)));
-    }
-    corners.sort_unstable();
-    let mut copies: Vec<(u32, Vec<Corner>)> = Vec::new();
-    let mut left: Vec<Corner> = Vec::new();
-    for around in corners.chunk_by(|a, b| a.0 == b.0) {
-        let others = |&(_, t, i): &Corner| {
-            let t = triangles[t as usize];
-            [t[(i as usize + 1) % 3], t[(i as usize + 2) % 3]]
-        };
-        // Walks the fan of one corner in both directions; the remaining corners belong to other fans.
-        left.clear();
-        left.extend(around);
-        let mut is_first = true;
-        while let Some(first) = left.pop() {
-            let (mut part, [mut start, mut end]) = (vec![first], others(&first));
-            loop {
-                let next = left.iter().position(|c| {
-                    let [a, b] = others(c);
-                    a == end || b == start
-                });
-                let Some(i) = next else { break };
-                let corner = left.swap_remove(i);
-                let [a, b] = others(&corner);
-                if a == end {
-                    end = b;
-                } else {
-                    start = a;
-                }
-                part.push(corner);
-            }
-            if !is_first {
-                copies.push((first.0, part));
-            }
-            is_first = false;
-        }
-    }
-    for (n, (_, part)) in copies.iter().enumerate() {
-        for &(_, t, i) in part {
-            triangles[t as usize][i as usize] = (n_vertices + n) as u32;
-        }
-    }
-    copies.into_iter().map(|c| c.0).collect()
-}
-
-/// The boundary of some triangles: per vertex on it the next one.
-///
-/// # Errors
-///
-/// A vertex at which the triangles are not a manifold.
-pub(super) fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, u32> {
-    // Sorted by both ends, the lower one first; then whether it is turned.
-    let mut sides: Vec<(u64, bool)> = Vec::with_capacity(3 * triangles.len());
-    for t in triangles {
-        for i in 0..3 {
-            let (a, b) = (t[i], t[(i + 1) % 3]);
-            sides.push((u64::from(a.min(b)) << 32 | u64::from(a.max(b)), a > b));
-        }
-    }
-    sides.sort_unstable();
-    let mut next = BTreeMap::new();
-    for group in sides.chunk_by(|x, y| x.0 == y.0) {
-        let (low, high) = ((group[0].0 >> 32) as u32, group[0].0 as u32);
-        match group {
-            [(_, turned)] => {
-                let (a, b) = if *turned { (high, low) } else { (low, high) };
-                if next.insert(a, b).is_some() {
-                    return Err(a);
-                }
-            }
-            [(_, false), (_, true)] => {}
-            _ => return Err(low),
-        }
-    }
-    Ok(next)
-}
-
 /// Position of the exact extraction's vertex on a lattice edge, voxel frame.
 pub(super) fn place_on(field: &ExactField, e: LatticeEdge, isovalue: f64) -> Vec3 {
     let to = e.from + field.strides()[e.axis as usize];
@@ -450,24 +366,4 @@ pub(super) fn place_of(field: &ExactField, v: u32) -> Vec3 {
     let size = field.volume().voxel_size();
     let p = field.position(v);
     Vec3::from(std::array::from_fn(|a| (p[a] as f64 * size[a]) as f32))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn fans_that_meet_in_a_vertex_only_are_split() {
-        // Two fans around vertex 0, and one that closes around vertex 9.
-        let mut triangles =
-            [[0, 1, 2], [0, 2, 3], [0, 4, 5], [9, 10, 11], [9, 11, 12], [9, 12, 10]];
-        assert_eq!(split_fans(&mut triangles, 13), [0]);
-        let around = |n: u32, t: &[[u32; 3]]| t.iter().filter(|t| t.contains(&n)).count();
-        let mut sizes = [around(0, &triangles), around(13, &triangles)];
-        sizes.sort_unstable();
-        assert_eq!(sizes, [1, 2]);
-        assert_eq!(around(9, &triangles), 3);
-        assert!(split_fans(&mut triangles, 14).is_empty());
-        assert!(boundary(&triangles).is_ok());
-    }
 }

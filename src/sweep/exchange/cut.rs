@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::Vec3;
 
 use super::super::clusters::Cluster;
+use super::super::fans::boundary;
 use super::super::polyline::sides;
 use super::super::region::{LatticeEdge, Link, PaddedGrid, Region, Square};
-use super::super::tracked::{Changes, Tracked, boundary};
+use super::super::tracked::{Changes, Tracked};
 use super::pieces::Pieces;
 use super::refused::Refused;
 use crate::mesh::{Edge, HalfEdgeMesh, Vertex, bounds};
@@ -101,7 +102,9 @@ impl<'a> Cut<'a> {
             return;
         }
         for axis in 0..3 {
-            self.split_stage(mesh, axis, |cut, mesh, e, index| {
+            let with_squares = self.planes_with_squares(axis);
+            let may_be = |_: [Vec3; 2], index: i64| with_squares.binary_search(&index).is_ok();
+            self.split_stage(mesh, axis, may_be, |cut, mesh, e, index| {
                 let h = e.halfedge();
                 [h, h.twin()].map(|h| mesh.face(h)).into_iter().any(|f| {
                     let (low, high) = bounds(mesh.corners(f));
@@ -110,7 +113,8 @@ impl<'a> Cut<'a> {
             });
         }
         for axis in 0..3 {
-            self.split_stage(mesh, axis, |cut, mesh, e, _| {
+            let is_in_plane = |[p, q]: [Vec3; 2], _| (0..3).any(|a| a != axis && p[a] == q[a]);
+            self.split_stage(mesh, axis, is_in_plane, |cut, mesh, e, _| {
                 let h = e.halfedge();
                 let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
                 (0..3).filter(|&a| a != axis && p[a] == q[a]).any(|a| {
@@ -121,20 +125,35 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// Splits the edges that pass through a lattice plane across an axis, if `is_wanted` holds.
+    /// The indices of the lattice planes across an axis that contain a square, ascending.
+    fn planes_with_squares(&self, axis: usize) -> Vec<i64> {
+        let across = self.squares.iter().filter(|s| usize::from(s.axis) == axis);
+        let mut planes: Vec<i64> =
+            across.map(|s| self.grid.position(s.corner)[axis] as i64 - 1).collect();
+        planes.sort_unstable();
+        planes.dedup();
+        planes
+    }
+
+    /// Splits the edges that pass through a lattice plane across an axis, if `is_wanted` holds; it does not unless `may_be`, which has the ends of
+    /// the edge and the index of the plane, does.
     pub(super) fn split_stage(
         &self,
         mesh: &mut HalfEdgeMesh,
         axis: usize,
+        may_be: impl Fn([Vec3; 2], i64) -> bool,
         is_wanted: impl Fn(&Cut, &HalfEdgeMesh, Edge, i64) -> bool,
     ) {
         let planes = |mesh: &HalfEdgeMesh, e: Edge| {
             let h = e.halfedge();
-            let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v)[axis]);
+            let ends = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
+            let [p, q] = ends.map(|p| p[axis]);
             let (low, high) = (p.min(q), p.max(q));
             let first = (low / self.size[axis]).floor() as i64;
             let last = (high / self.size[axis]).ceil() as i64;
-            (first..=last).filter(move |&i| low < self.plane(axis, i) && self.plane(axis, i) < high)
+            let is_between = move |i: i64| low < self.plane(axis, i) && self.plane(axis, i) < high;
+            let may_be = &may_be;
+            (first..=last).filter(move |&i| is_between(i) && may_be(ends, i))
         };
         // Plane by plane: edges that result from a split do not cross the same plane again.
         let mut edges: Vec<Vec<Edge>> = Vec::new();

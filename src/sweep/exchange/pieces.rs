@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
 
+use super::super::fans::{boundary, split_fans};
 use super::super::region::{LatticeEdge, PaddedGrid};
-use super::super::tracked::{Tracked, boundary, place_on, split_fans};
+use super::super::tracked::{Tracked, place_on};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::extract_cell;
 use crate::mesh::{Face, Vertex, area};
