@@ -79,6 +79,7 @@ mod field;
 pub mod file;
 mod forecast;
 mod gpu;
+mod grouped;
 mod input;
 mod kernels;
 mod mesh;

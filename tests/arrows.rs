@@ -15,6 +15,7 @@ const ORDER: &[&str] = &[
     "progress",
     "random",
     "disjoint_sets",
+    "grouped",
     "input",
     "ply_reader",
     "abandoned",

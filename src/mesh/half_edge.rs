@@ -30,6 +30,7 @@ use rayon::prelude::*;
 
 use super::connectivity::Connectivity;
 use crate::error::{Error, Result};
+use crate::grouped::grouped;
 
 /// Content of an empty slot.
 pub(super) const NONE: u32 = u32::MAX;
@@ -132,35 +133,41 @@ impl HalfEdgeMesh {
             vertex_halfedge: vec![NONE; positions.len()],
             ..HalfEdgeMesh::default()
         };
-        // Pair the directed edges by sorting: (low, high, direction, corner).
-        let mut sides = Vec::with_capacity(triangles.len() * 3);
-        for (f, t) in triangles.iter().enumerate() {
-            for i in 0..3 {
-                let (a, b) = (t[i], t[(i + 1) % 3]);
-                if a == b || a as usize >= positions.len() {
-                    return Err(Error::input(format!(
-                        "triangle {f} is {t:?}, expected three vertices of the mesh"
-                    )));
-                }
-                sides.push((a.min(b), a.max(b), u8::from(a > b), (3 * f + i) as u32));
-            }
-        }
-        sides.sort_unstable();
-        let mut corner_halfedge = vec![NONE; sides.len()];
-        for pair in sides.chunks(2) {
-            let edge_is_good = pair.len() == 2
-                && (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1)
-                && (pair[0].2, pair[1].2) == (0, 1);
-            if !edge_is_good {
+        for (f, &[a, b, c]) in triangles.iter().enumerate() {
+            let is_one = |v: u32| (v as usize) < positions.len();
+            if a == b || b == c || c == a || ![a, b, c].into_iter().all(is_one) {
                 return Err(Error::input(format!(
-                    "edge {} to {} is open, non-manifold or misoriented, expected two triangles of opposite direction",
-                    pair[0].0, pair[0].1
+                    "triangle {f} is {:?}, expected three vertices of the mesh",
+                    [a, b, c]
                 )));
             }
-            let h = mesh.to.len() as u32;
-            mesh.to.extend([pair[0].1, pair[0].0]);
-            corner_halfedge[pair[0].3 as usize] = h;
-            corner_halfedge[pair[1].3 as usize] = h + 1;
+        }
+        // The directed edges by their lower end: higher end, direction, corner.
+        let sides = triangles.iter().enumerate().flat_map(|(f, t)| {
+            (0..3).map(move |i| {
+                let (a, b) = (t[i], t[(i + 1) % 3]);
+                (a.min(b), (a.max(b), a > b, (3 * f + i) as u32))
+            })
+        });
+        let (starts, mut sides) = grouped(positions.len(), sides);
+        let mut corner_halfedge = vec![NONE; sides.len()];
+        for (low, ends) in (0..).zip(starts.windows(2)) {
+            let of_vertex = &mut sides[ends[0] as usize..ends[1] as usize];
+            of_vertex.sort_unstable();
+            for pair in of_vertex.chunks(2) {
+                let high = pair[0].0;
+                let is_good =
+                    pair.len() == 2 && pair[1].0 == high && (pair[0].1, pair[1].1) == (false, true);
+                if !is_good {
+                    return Err(Error::input(format!(
+                        "edge {low} to {high} is open, non-manifold or misoriented, expected two triangles of opposite direction"
+                    )));
+                }
+                let h = mesh.to.len() as u32;
+                mesh.to.extend([high, low]);
+                corner_halfedge[pair[0].2 as usize] = h;
+                corner_halfedge[pair[1].2 as usize] = h + 1;
+            }
         }
         mesh.next = vec![NONE; mesh.to.len()];
         mesh.face = vec![NONE; mesh.to.len()];

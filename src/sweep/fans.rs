@@ -2,31 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use crate::grouped::grouped;
+
 /// A corner of a triangle: the triangle, and which of its corners.
 type Corner = (u32, u32);
 
 /// A side of a triangle, at the lower one of its ends: the higher one, and whether it leads to the lower one.
 type Side = (u32, bool);
-
-/// Items by a number below `n`: those of each number in their order, and where they begin, with the end.
-fn grouped<T: Copy + Default>(
-    n: usize,
-    items: impl Iterator<Item = (u32, T)> + Clone,
-) -> (Vec<u32>, Vec<T>) {
-    let mut starts = vec![0u32; n + 1];
-    items.clone().for_each(|(number, _)| starts[number as usize + 1] += 1);
-    for i in 0..n {
-        starts[i + 1] += starts[i];
-    }
-    let mut next = starts.clone();
-    let mut all = vec![T::default(); starts[n] as usize];
-    for (number, item) in items {
-        let next = &mut next[number as usize];
-        all[*next as usize] = item;
-        *next += 1;
-    }
-    (starts, all)
-}
 
 /// The number of vertices of some triangles, those included that none of them uses.
 fn n_vertices(triangles: &[[u32; 3]]) -> usize {

@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use crate::disjoint_sets::DisjointSets;
+use crate::grouped::grouped;
 
 /// The topology of a triangle mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -85,33 +86,20 @@ pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology 
 
 /// The half-edges of triangles, those with the same smaller end together, and the index of the first one of each vertex.
 fn by_smaller_end(n_vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
-    let each = || {
-        triangles.iter().enumerate().flat_map(|(t, triangle)| {
-            (0..3).map(move |k| {
-                let next = (k + 1) % 3;
-                let (from, to) = (triangle[k], triangle[next]);
-                let corners = [(3 * t + k) as u32, (3 * t + next) as u32];
-                if from < to {
-                    (from, HalfEdge { larger: to, forward: true, corners })
-                } else {
-                    let corners = [corners[1], corners[0]];
-                    (to, HalfEdge { larger: from, forward: false, corners })
-                }
-            })
+    let half_edges = triangles.iter().enumerate().flat_map(|(t, triangle)| {
+        (0..3).map(move |k| {
+            let next = (k + 1) % 3;
+            let (from, to) = (triangle[k], triangle[next]);
+            let corners = [(3 * t + k) as u32, (3 * t + next) as u32];
+            if from < to {
+                (from, HalfEdge { larger: to, forward: true, corners })
+            } else {
+                let corners = [corners[1], corners[0]];
+                (to, HalfEdge { larger: from, forward: false, corners })
+            }
         })
-    };
-    let mut starts = vec![0u32; n_vertices + 1];
-    each().for_each(|(smaller, _)| starts[smaller as usize + 1] += 1);
-    for v in 0..n_vertices {
-        starts[v + 1] += starts[v];
-    }
-    let mut next = starts.clone();
-    let mut half_edges = vec![HalfEdge::default(); 3 * triangles.len()];
-    for (smaller, half_edge) in each() {
-        half_edges[next[smaller as usize] as usize] = half_edge;
-        next[smaller as usize] += 1;
-    }
-    (starts, half_edges)
+    });
+    grouped(n_vertices, half_edges)
 }
 
 #[cfg(test)]
