@@ -60,7 +60,8 @@ class Tables(Drawing):
     @property
     def events(self) -> npt.NDArray[np.void]:
         """All changes of topology, by ascending isovalue: a structured array of ``isovalue``, ``x``, ``y``, ``z`` (world frame), ``kind``
-        (emerge, merge, handle-open, split, handle-close, vanish), and the exact ``components`` and ``euler`` (Euler characteristic) of
+        (emerge, merge, handle-open, split, handle-close, vanish), ``persistence`` (isovalues between the extremum of a component and the saddle
+        where it merges or splits; NaN for handles, and for the last component), and the exact ``components`` and ``euler`` (Euler characteristic) of
         the isosurface from there up to the next event, caps included: events at one isovalue have the same."""
         return structured(self._native.events())
 
