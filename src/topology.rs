@@ -32,8 +32,10 @@ mod event;
 pub mod exact;
 mod merge;
 mod net;
+mod pairs;
 pub mod simplify;
 
 pub use arcs::Arc;
-pub use compute::{ExtremumPair, Topology};
+pub use compute::Topology;
 pub use event::{Event, EventKind, TopologyEvent};
+pub use pairs::ExtremumPair;

@@ -198,8 +198,9 @@ impl<'a> Encoder<'a> {
     /// Encodes a chunk and appends it to the path.
     fn chunk(&self, i: usize, chunk: &Chunk, path: &mut Path) -> Result<EncodedChunk> {
         let n_above = path.n_vertices();
-        let (order, traversal) = self.traversed(i, chunk, path);
+        let (mut order, traversal) = self.traversed(i, chunk, path);
         let FileOrder { triangles: numbers, corners, vertices, .. } = &order;
+        let n_used = corners.as_flattened().iter().map(|&v| v + 1).max().unwrap_or(0).max(n_above);
         let in_spectrum = |&local: &u32| self.vertices[i][(local - n_above) as usize];
         let vertices: Vec<u32> = vertices[n_above as usize..].iter().map(in_spectrum).collect();
         let mut ranks = Ranks::default();
@@ -215,6 +216,8 @@ impl<'a> Encoder<'a> {
         let lives = numbers.iter().map(|t| self.spectrum.triangles()[in_spectrum(t)]);
         let own: Vec<Triangle> =
             lives.zip(corners).map(|(t, &vertices)| Triangle { vertices, ..t }).collect();
+        // Large lists are dropped as soon as possible.
+        (order.triangles, order.corners) = (Vec::new(), Vec::new());
         let n_isovalues = self.spectrum.isovalues().len() as u32;
         let of = Surroundings {
             ranks: &path.ranks,
@@ -231,7 +234,6 @@ impl<'a> Encoder<'a> {
                 (vert, write_geometry(of, &mut path.positions, &self.samples, self.units))
             },
         );
-        let n_used = corners.as_flattened().iter().map(|&v| v + 1).max().unwrap_or(0).max(n_above);
         let size = ChunkSize {
             vertices: vertices.len() as u64,
             knots: ranks.ranks.len() as u64,
@@ -240,13 +242,12 @@ impl<'a> Encoder<'a> {
         };
         let n_unused = (path.n_vertices() - n_used) as usize;
         let contents = ChunkContents { size, n_unused, sections: [vert, triangles, positions?] };
-        let in_file = |t: &Triangle| {
-            let vertices = t.vertices.map(|v| path.numbers[v as usize]);
-            Triangle { vertices, ..*t }
-        };
-        let triangles = own.iter().map(in_file).collect();
         if chunk.pivot.is_some() {
-            path.triangles.extend(own);
+            path.triangles.extend_from_slice(&own);
+        }
+        let mut triangles = own;
+        for t in &mut triangles {
+            t.vertices = t.vertices.map(|v| path.numbers[v as usize]);
         }
         Ok(EncodedChunk { contents, vertices, triangles })
     }

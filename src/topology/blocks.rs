@@ -19,7 +19,6 @@ use std::collections::HashMap;
 use num_bigint::BigInt;
 
 use super::arcs::{Arc, ArcTree, n_arcs_in};
-use super::compute::extremum_pairs;
 use super::critical::{
     CriticalPoint, CriticalPoints, GridElement, LAYER, layer, precise_value, sort_exactly,
 };
@@ -27,6 +26,7 @@ use super::event::Event;
 use super::exact::ExactField;
 use super::merge::{Direction, MergeTree};
 use super::net::net_events;
+use super::pairs::extremum_pairs;
 use crate::error::{Error, Result};
 use crate::volume::{BlockPosition, Outside, Volume};
 

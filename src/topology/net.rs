@@ -16,8 +16,8 @@
 //! Their persistence is that of pairs of an extremum and a saddle in different clusters, of which the persistence is not 0.
 
 use super::arcs::Arc;
-use super::compute::ExtremumPair;
 use super::event::{Event, EventKind, TopologyEvent};
+use super::pairs::ExtremumPair;
 
 /// Events joined by arcs that only the ramp makes.
 #[derive(Clone, Default)]
