@@ -1,5 +1,5 @@
 // The state of the page in its address, after the hash:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&orthographic=1&occlusion=1&light=left&background=dark&front=c8503c&keep=3&min_volume=10&without=x,y,z;x,y,z&color=quality&map=magma&scale=0:1
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&style=paper&orthographic=1&occlusion=1&light=left&background=dark&front=c8503c&keep=3&min_volume=10&without=x,y,z;x,y,z&color=quality&map=magma&scale=0:1
 // keep: the number of components; min_volume: cubic voxels; only, without: points on picked components, voxel frame.
 
 /** The parameters in the address. */
@@ -10,45 +10,47 @@ function readAddress() {
 /** Sets the state that the address describes; values that are not valid are ignored, an isovalue with a message. */
 function applyAddress(viewer) {
     const params = readAddress();
-    const text = params.get("isovalue") ?? "";
+    const get = (name) => params.get(name);
+    const text = get("isovalue") ?? "";
     const { isovalue, problem } = parseIsovalue(text, viewer.low, viewer.high, viewer.about.samples);
     viewer.problem = text && problem && `isovalue=${text.slice(0, 20)} in the address: ${problem}`;
     if (viewer.panel) setText(viewer.panel.message, viewer.problem);
     if (isovalue !== undefined) viewer.setIsovalue(isovalue);
-    const largest = Number(params.get("keep"));
-    const minVolume = Number(params.get("min_volume"));
+    const largest = Number(get("keep"));
+    const minVolume = Number(get("min_volume"));
     if (params.has("keep")) viewer.select({ largest: largest >= 1 ? Math.floor(largest) : null });
     if (minVolume >= 0 && params.has("min_volume")) viewer.select({ minVolume });
-    if (viewer.canShow(params.get("color"))) viewer.setColoring({ color: params.get("color") });
-    if (Object.hasOwn(viewer.about.maps, params.get("map"))) viewer.setColoring({ map: params.get("map") });
-    const clip = /^(-?)([xyz]),([\d.]+)$/.exec(params.get("clip") ?? "");
+    if (viewer.canShow(get("color"))) viewer.setColoring({ color: get("color") });
+    if (Object.hasOwn(viewer.about.maps, get("map"))) viewer.setColoring({ map: get("map") });
+    const clip = /^(-?)([xyz]),([\d.]+)$/.exec(get("clip") ?? "");
     if (clip) viewer.setLook({ clip: { axis: "xyz".indexOf(clip[2]), share: Math.min(Number(clip[3]), 1), turned: clip[1] === "-" } });
     else if (params.has("clip")) viewer.setLook({ clip: null });
-    const opacity = Number(params.get("opacity"));
+    const opacity = Number(get("opacity"));
     if (params.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
-    if (LIGHTS.includes(params.get("light"))) viewer.setLook({ light: params.get("light") });
-    const background = params.get("background");
+    if (Object.hasOwn(viewer.about.styles, get("style"))) viewer.setStyle(get("style"));
+    if (LIGHTS.includes(get("light"))) viewer.setLook({ light: get("light") });
+    const background = get("background");
     if (background === "auto" || Object.hasOwn(BACKGROUNDS, background)) viewer.setLook({ background });
-    if (/^[0-9a-f]{6}$/.test(params.get("front"))) viewer.setColoring({ front: params.get("front") });
+    if (/^[0-9a-f]{6}$/.test(get("front"))) viewer.setColoring({ front: get("front") });
     for (const name of ["only", "without"]) {
-        for (const text of params.get(name)?.split(";") ?? []) {
+        for (const text of get(name)?.split(";") ?? []) {
             const point = text.split(",").map(Number);
             if (point.length === 3 && point.every(Number.isFinite)) viewer.selection.pick(point, name === "without");
         }
     }
     for (const name of [...SWITCHES, "open"]) {
-        if (params.has(name)) viewer.setLook({ [name]: params.get(name) !== "0" });
+        if (params.has(name)) viewer.setLook({ [name]: get(name) !== "0" });
     }
-    if (params.has("also")) viewer.setExtras(parseExtras(params.get("also"), viewer));
-    if (params.has("scale")) viewer.setColoring(parseEnds(params.get("scale")) ?? {});
-    const numbers = (params.get("view") ?? "").split(",").map(Number);
+    if (params.has("also")) viewer.setExtras(parseExtras(get("also"), viewer));
+    if (params.has("scale")) viewer.setColoring(parseEnds(get("scale")) ?? {});
+    const numbers = (get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
         viewer.isFitWanted = false;
         viewer.setView({
             azimuth,
-            elevation: Math.min(Math.max(elevation, -90), 90),
-            distance: Math.min(Math.max(distance, NEAREST), FARTHEST),
+            elevation: clamped(elevation, [-90, 90]),
+            distance: clamped(distance, [NEAREST, FARTHEST]),
             target: [x, y, z],
         });
     }
@@ -74,19 +76,19 @@ function writeAddress(viewer) {
     params.set("view", view);
     const { largest, minVolume } = viewer.selection;
     const { color, map, low, high, front } = viewer.coloring;
-    const { clip } = viewer.look;
+    const { about, look } = viewer;
+    const { clip } = look;
+    // Values of the author or of a style are not written.
+    const base = { ...about, ...about.look, ...about.styles[viewer.style] };
+    const changed = (name, value) => [name, value === base[name] ? null : typeof value === "boolean" ? Number(value) : value];
     const values = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
-        ["clip", !clip ? viewer.about.look.clip && "no" : `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
-        ...[...SWITCHES, "open"].map((name) =>
-            [name, viewer.look[name] === (viewer.about[name] ?? viewer.about.look[name]) ? null : Number(viewer.look[name])]),
-        ["light", viewer.look.light === viewer.about.look.light ? null : viewer.look.light],
-        ["background", viewer.look.background === (viewer.about.look.background ?? "auto") ? null : viewer.look.background],
-        ["front", front === viewer.about.look.front ? null : front],
+        ["clip", !clip ? base.clip && "no" : `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
+        ["style", viewer.style ?? null], ...[...SWITCHES, "open", ...CHOICES].map((name) => changed(name, look[name])),
+        changed("front", front), changed("opacity", viewer.opacity),
         ...["only", "without"].map((name, i) => [name, viewer.selection.isHiding === Boolean(i) && viewer.selection.pickedPoints() || null]),
-        ["opacity", viewer.opacity === viewer.about.look.opacity ? null : viewer.opacity],
         ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
-            [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (viewer.about.look.also.length > 0 ? "" : null)],
-        ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
+            [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (base.also.length > 0 ? "" : null)],
+        ["color", color === about.color.color ? null : color],
         ["scale", textOfEnds(low, high)]];
     for (const [name, value] of values) {
         if (value === null) params.delete(name);

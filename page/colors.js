@@ -41,7 +41,7 @@ function quantityOf(color, surface, { field }, [low, high]) {
     }
     if (color === "lifetime") {
         const { births, deaths, isovalues } = spectrum;
-        const at = (rank) => Math.min(Math.max(isovalues[rank], low), high);
+        const at = (rank) => clamped(isovalues[rank], [low, high]);
         for (let i = 0; i < nTriangles; i++) {
             const t = surface.triangles[i];
             const share = (at(deaths[t]) - at(births[t])) / (high - low);
@@ -122,7 +122,7 @@ function scaleOf({ low, high, values, perVertex }, chosen, { triangles, spectrum
 /** The values as the shaders read them: for each triangle, ten bits per corner, 1 to 1023 along the scale and 0 for no value. */
 function colorCodesOf({ perVertex, values }, [low, high], { nTriangles, corners }) {
     const codes = new Uint32Array(nTriangles);
-    const code = (x) => (x === x ? 1 + Math.round(1022 * Math.min(Math.max((x - low) / (high - low), 0), 1)) : 0);
+    const code = (x) => (x === x ? 1 + Math.round(1022 * clamped((x - low) / (high - low), [0, 1])) : 0);
     for (let t = 0; t < nTriangles; t++) {
         if (perVertex) {
             for (let k = 0; k < 3; k++) codes[t] |= code(values[corners[3 * t + k]]) << (10 * k);

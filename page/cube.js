@@ -16,7 +16,7 @@ function sideNames({ placement: { space } }) {
 /** The angles of a view from a side (0 to 5: +x, -x, +y and so on), relative to `basis`. */
 function viewFrom(side, basis) {
     const [x, y, z] = (basis ?? [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).map((column) => (side % 2 ? -1 : 1) * column[side >> 1]);
-    const elevation = (Math.asin(Math.min(Math.max(z, -1), 1)) * 180) / Math.PI;
+    const elevation = (Math.asin(clamped(z, [-1, 1])) * 180) / Math.PI;
     // From above and from below, +y is up.
     const isLevel = Math.abs(z) < 0.999;
     const azimuth = isLevel ? (((Math.atan2(y, x) * 180) / Math.PI) + 360) % 360 : z > 0 ? 270 : 90;

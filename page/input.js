@@ -107,7 +107,7 @@ function listenToKeys(viewer) {
         p: () => viewer.panel.nextEvent(-1),
         g: () => viewer.setLook({ axes: !viewer.look.axes }),
         o: () => viewer.setLook({ orthographic: !viewer.look.orthographic }),
-        d: () => viewer.setLook({ occlusion: !viewer.look.occlusion }),
+        d: () => viewer.setLook({ occlusion: !viewer.isOccluded() }),
         f: () => toggleFullscreen(),
         k: () => viewer.pick(pointed(), false),
         x: () => viewer.pick(pointed(), true),

@@ -27,6 +27,9 @@ class LookPanel {
     connectColors() {
         const { viewer } = this;
         const { maps, field } = viewer.about;
+        this.style = byId("style");
+        for (const name of Object.keys(viewer.about.styles)) this.style.append(new Option(name, name));
+        on(this.style, "change", () => viewer.setStyle(this.style.value));
         this.color = byId("color");
         for (const [name, shown] of Object.entries(COLORS)) {
             if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
@@ -38,7 +41,7 @@ class LookPanel {
         this.scale = byId("scale");
         on(this.scale, "change", () => {
             const ends = parseEnds(this.scale.value);
-            this.scale.setAttribute("aria-invalid", !ends);
+            this.scale.ariaInvalid = !ends;
             this.message.textContent = ends ? "" : "expected a scale, such as 0:1 or p5:p95";
             if (ends) viewer.setColoring(ends);
         });
@@ -55,7 +58,10 @@ class LookPanel {
         const hasScale = color !== "none" && color !== "component";
         for (const control of [this.map, this.scale]) control.parentElement.hidden = !hasScale;
         this.front.parentElement.hidden = color !== "none";
-        if (front) this.front.value = `#${front}`;
+        this.front.value = `#${front ?? "73b9b6"}`;
+        const now = { ...look, front };
+        const isShown = ([, style]) => Object.keys(style).every((name) => style[name] === now[name]);
+        this.style.value = Object.entries(this.viewer.about.styles).find(isShown)?.[0] ?? "";
         if (document.activeElement !== this.scale) this.scale.value = textOfEnds(low, high) ?? "";
         for (const name of CHOICES) byId(name).value = look[name];
     }
@@ -117,7 +123,7 @@ class LookPanel {
         row.append(
             control("text", "Value", name, (text, input) => {
                 const { isovalue, problem } = parseIsovalue(text, low, high, this.samples);
-                input.setAttribute("aria-invalid", Boolean(problem));
+                input.ariaInvalid = Boolean(problem);
                 this.message.textContent = problem ?? "";
                 if (!problem) extra.isovalue = isovalue;
             }),

@@ -75,7 +75,7 @@ class Panel {
         on("close-copied", "click", () => byId("copied").close());
         on("more", "click", () => {
             const isMore = document.documentElement.classList.toggle("more");
-            byId("more").setAttribute("aria-expanded", isMore);
+            byId("more").ariaExpanded = isMore;
             byId("more").textContent = isMore ? "Less" : "More";
         });
         on("show-help", "click", toggleHelp);
@@ -88,7 +88,7 @@ class Panel {
         const field = byId("picture-size");
         on(field, "change", () => {
             const size = parseSize(field.value, viewer.renderer.largest);
-            field.setAttribute("aria-invalid", size === undefined);
+            field.ariaInvalid = size === undefined;
             setText(this.message, size === undefined ? `expected a size such as 1920x1080, at most ${viewer.renderer.largest} each way` : "");
             if (size !== undefined) viewer.saves.size = size ?? undefined;
         });
@@ -152,7 +152,7 @@ class Panel {
         on(this.minVolume, "change", () => {
             const volume = Number(this.minVolume.value);
             const isNumber = Number.isFinite(volume) && volume >= 0;
-            this.minVolume.setAttribute("aria-invalid", !isNumber);
+            this.minVolume.ariaInvalid = !isNumber;
             this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
             if (isNumber) viewer.select({ minVolume: volume / this.voxelVolume() });
         });
@@ -174,7 +174,7 @@ class Panel {
     setClickAction(action) {
         this.clickAction = action;
         for (const [name, button] of Object.entries(this.clickButtons)) {
-            button.setAttribute("aria-pressed", name === action);
+            button.ariaPressed = name === action;
         }
         this.viewer.canvas.classList.toggle("picks", Boolean(action));
         if (action === "measure") this.viewer.measure(null);
@@ -201,7 +201,7 @@ class Panel {
     setTypedIsovalue() {
         const { low, high } = this.viewer;
         const { isovalue, problem } = parseIsovalue(this.typed.value, low, high, this.samples);
-        this.typed.setAttribute("aria-invalid", Boolean(problem));
+        this.typed.ariaInvalid = Boolean(problem);
         this.message.textContent = problem ?? "";
         if (!problem) this.viewer.setIsovalue(isovalue);
     }
@@ -218,11 +218,11 @@ class Panel {
         const text = shownIsovalue(isovalue, high - low);
         const percent = this.percent(isovalue);
         this.slider.value = Math.round((SLIDER_STEPS / 100) * percent);
-        this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${Math.round(percent)} % of the range`);
+        this.slider.ariaValueText = `isovalue ${text}, ${Math.round(percent)} % of the range`;
         if (this.lastIsovalue !== isovalue) {
             this.typed.value = text;
             this.printed.textContent = text;
-            this.typed.setAttribute("aria-invalid", false);
+            this.typed.ariaInvalid = false;
             if (this.lastIsovalue !== undefined) this.message.textContent = "";
             this.lastIsovalue = isovalue;
             this.eventList.selectedIndex = this.plot.marks.indexOf(isovalue);
@@ -232,12 +232,13 @@ class Panel {
         this.showProgress();
         this.plot.show(isovalue);
         for (const name of SWITCHES) byId(name).checked = look[name];
+        byId("occlusion").checked = this.viewer.isOccluded();
         this.border.checked = !look.open;
         this.showSelection();
         this.lookPanel.show();
         setText(this.playButton, playing ? "Pause" : "Play");
-        if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
-            this.playButton.setAttribute("aria-pressed", playing);
+        if (this.playButton.ariaPressed !== String(playing)) {
+            this.playButton.ariaPressed = playing;
         }
     }
 

@@ -114,7 +114,7 @@ class Plot {
     measuresAt(isovalue) {
         const { curves } = this;
         const last = curves.area.length - 1;
-        const at = Math.min(Math.max((this.x(isovalue) / WIDTH) * last, 0), last);
+        const at = clamped((this.x(isovalue) / WIDTH) * last, [0, last]);
         const [i, j] = [Math.floor(at), Math.ceil(at)];
         const measures = {};
         for (const name of CURVES) {
@@ -233,7 +233,7 @@ class Plot {
     isovalueAt(event) {
         const { left, width } = this.svg.getBoundingClientRect();
         const at = (pixels) => this.low + ((this.high - this.low) * pixels) / width;
-        const isovalue = Math.min(Math.max(at(event.clientX - left), this.low), this.high);
+        const isovalue = clamped(at(event.clientX - left), [this.low, this.high]);
         const maxDistance = at(SNAP_DISTANCE) - this.low;
         const distance = (c) => Math.abs(c - isovalue);
         const nearest = this.marks.reduce((best, c) => (distance(c) < distance(best) ? c : best), Infinity);

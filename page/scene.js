@@ -35,10 +35,10 @@ class Scene {
         // Whether the next picture moves the camera so that the surfaces of all isovalues ("all") or of this one ("now") fit; not if the
         // address has a view.
         this.isFitWanted = "all";
-        this.look = {
-            wireframe: about.look.wireframe, open: about.open, axes: Boolean(about.axes), orthographic: about.orthographic,
-            occlusion: about.look.occlusion, light: about.look.light, background: about.look.background ?? "auto", clip: about.look.clip,
-        };
+        // `occlusion` is null where it depends on the renderer.
+        const { wireframe, occlusion, light, background, clip } = about.look;
+        const { open, axes, orthographic } = about;
+        this.look = { wireframe, open, axes, orthographic, occlusion, light, background, clip };
         // Further isosurfaces: { isovalue, front (six hexadecimal digits), opacity }.
         this.opacity = about.look.opacity;
         this.extras = about.look.also.map((extra) => ({ ...extra }));
@@ -84,6 +84,19 @@ class Scene {
         Object.assign(this.look, look);
         if (before) this.view.distance *= before / this.projection().distance;
         this.request();
+    }
+
+    /** Sets background, light, colour and occlusion to those of a style. */
+    setStyle(name) {
+        const { front, ...look } = this.about.styles[name];
+        this.style = name;
+        this.setLook(look);
+        this.setColoring({ front });
+    }
+
+    /** Whether occlusion darkens hollows; by default it does where that is fast. */
+    isOccluded() {
+        return this.look.occlusion ?? Boolean(this.renderer?.isFast);
     }
 
     /** Looks from a side of the world. */
@@ -208,7 +221,7 @@ class Scene {
         const backgroundColor = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
         const { clip } = this.look;
         const plane = clip && planeOf(this.spectrum.info.volume, clip, projection);
-        return { ...this.look, lamp: LIGHTS.indexOf(this.look.light), background: backgroundColor, plane, pixelRatio: this.pixelRatio ?? 1 };
+        return { ...this.look, occlusion: this.isOccluded(), lamp: LIGHTS.indexOf(this.look.light), background: backgroundColor, plane, pixelRatio: this.pixelRatio ?? 1 };
     }
 
     shownIsovalue() {

@@ -287,7 +287,7 @@ class Viewer extends Scene {
     state() {
         const { isovalue, low, high, view, look, renderer, playing, nPictures, latency, meshTime } = this;
         return {
-            isovalue, low, high, view: { ...view }, ...look, color: this.coloring.color, ends: this.legendContent?.ends ?? null, playing, nPictures, latency, meshTime,
+            isovalue, low, high, view: { ...view }, ...look, occlusion: this.isOccluded(), color: this.coloring.color, ends: this.legendContent?.ends ?? null, playing, nPictures, latency, meshTime,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
             components: this.query.components ?? null,

@@ -103,6 +103,9 @@ class WebGpuRenderer {
             },
         });
         const renderer = new WebGpuRenderer(device, canvas);
+        // Older browsers have it in the adapter.
+        const { description, isFallbackAdapter = adapter.isFallbackAdapter } = adapter.info ?? {};
+        renderer.isFast = !(isFallbackAdapter || /swiftshader|llvmpipe/i.test(description));
         await renderer.compile();
         return renderer;
     }

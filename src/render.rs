@@ -38,6 +38,7 @@ mod projection;
 mod renderer;
 mod shader_types;
 mod storage_buffer;
+mod style;
 mod tables;
 mod target;
 mod uniforms;
@@ -52,6 +53,7 @@ pub use image::Image;
 pub use light::Light;
 pub use painter::Painter;
 pub use renderer::{RESIDENT_BYTES, Renderer};
+pub use style::{Style, StyleValues};
 pub use tables::Memory;
 #[cfg(feature = "viewer")]
 pub(crate) use target::WINDOW_FORMAT;

@@ -3,7 +3,9 @@
 use std::str::FromStr as _;
 
 use isospectrum::color::{Color, Map, ScaleEnds};
-use isospectrum::render::{Axis, Background, Camera, Clip, Light, Surface, reveal_inner};
+use isospectrum::render::{
+    Axis, Background, Camera, Clip, Light, Style, StyleValues, Surface, reveal_inner,
+};
 use isospectrum::{Error, Keep, Result, Spectrum};
 use pyo3::prelude::*;
 
@@ -22,12 +24,13 @@ pub(crate) struct Appearance {
     color_map: Option<String>,
     color_range: Option<String>,
     color_center: Option<f64>,
+    style: String,
     background: Option<String>,
-    light: String,
+    light: Option<String>,
     /// Normal and offset, voxel frame.
     clip: Option<([f64; 3], f64)>,
     pub(crate) opacity: f32,
-    pub(crate) occlusion: bool,
+    occlusion: Option<bool>,
     pub(crate) wireframe: bool,
     pub(crate) axes: bool,
     pub(crate) open: bool,
@@ -72,11 +75,26 @@ impl Appearance {
     }
 
     pub(crate) fn background(&self) -> Result<Option<Background>> {
-        self.background.as_deref().map(Background::from_str).transpose()
+        let own = self.background.as_deref().map(Background::from_str).transpose()?;
+        Ok(own.or(self.style()?.background))
     }
 
     pub(crate) fn light(&self) -> Result<Light> {
-        self.light.parse()
+        let own = self.light.as_deref().map(Light::from_str).transpose()?;
+        Ok(own.unwrap_or(self.style()?.light))
+    }
+
+    pub(crate) fn occlusion(&self) -> Result<Option<bool>> {
+        Ok(self.occlusion.or(self.style()?.occlusion))
+    }
+
+    /// The colour of the first surface if it has none of its own.
+    pub(crate) fn front(&self) -> Result<Option<[f32; 3]>> {
+        Ok(self.style()?.front)
+    }
+
+    fn style(&self) -> Result<StyleValues> {
+        Ok(self.style.parse::<Style>()?.values())
     }
 
     pub(crate) fn clip(&self) -> Option<Clip> {

@@ -77,7 +77,8 @@ impl Pictured {
             .with_clip(appearance.clip())
             .with_wireframe(appearance.wireframe.then_some(1.0))
             .with_opacity(appearance.opacity)
-            .with_occlusion(appearance.occlusion)
+            .with_occlusion(appearance.occlusion()?.unwrap_or(false))
+            .with_front(appearance.front()?)
             .with_axes(appearance.axes)
             .with_scale_bar(self.scale_bar || appearance.axes)
             .with_legend(self.legend)
@@ -108,7 +109,8 @@ pub(crate) fn still(
         .with_ends(page.ends)
         .with_light(look.light)
         .with_clip(look.clip)
-        .with_occlusion(look.occlusion)
+        .with_occlusion(look.occlusion.unwrap_or(false))
+        .with_front(look.front)
         .with_wireframe(look.wireframe.then_some(1.0))
         .with_opacity(look.opacity);
     let mut renderer = Renderer::new(gpu, spectrum)?;

@@ -333,13 +333,13 @@ impl Spectrum {
                 ));
             }
             let mut look = page::Look::default();
-            look.occlusion = appearance.occlusion;
+            look.occlusion = appearance.occlusion()?;
             look.wireframe = appearance.wireframe;
             look.opacity = first.opacity.unwrap_or(appearance.opacity);
             look.clip = appearance.clip();
             look.background = background;
             look.light = appearance.light()?;
-            look.front = first.color;
+            look.front = first.color.or(appearance.front()?);
             look.also = also;
             let color = appearance.color(color_by.is_some())?;
             let sources = color_sources::sources(

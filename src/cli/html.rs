@@ -6,7 +6,7 @@ use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::color::ColorSources;
 use isospectrum::page::{self, DEFAULT_STEP, Link, Look, Page, Sizes};
-use isospectrum::render::{Background, Image, Light, Renderer, Surface, View, reveal_inner};
+use isospectrum::render::{Background, Image, Light, Renderer, Style, Surface, View, reveal_inner};
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{Histogram, Statistics, Volume};
@@ -83,6 +83,12 @@ pub(super) struct Html {
     /// Author, at the bottom
     #[arg(long, value_name = "TEXT", help_heading = heading::PAGE)]
     credit: Option<String>,
+    /// Background, light and colour: paper, studio, ...
+    ///
+    /// One of default, paper (white, a muted colour, occlusion), studio (dark, a warm colour, occlusion), flat (light from the eye,
+    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence. The reader can choose another one.
+    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true, help_heading = heading::PAGE)]
+    style: Style,
     /// Background: white, light or dark [default: that of the browser]
     #[arg(long, value_name = "COLOR", hide_short_help = true, help_heading = heading::PAGE)]
     background: Option<Background>,
@@ -90,13 +96,14 @@ pub(super) struct Html {
     ///
     /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light at first, relative to the viewer. `eye` casts no shadow.
-    #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, hide_short_help = true, help_heading = heading::PAGE)]
-    light: Light,
+    #[arg(long, value_name = "FROM", hide_short_help = true, help_heading = heading::PAGE)]
+    light: Option<Light>,
     /// Darken hollows at first
     ///
-    /// Ambient occlusion in screen space. It shows form where noise hides it.
-    #[arg(long, help_heading = heading::PAGE)]
-    occlusion: bool,
+    /// Ambient occlusion in screen space. It shows form where noise hides it. The default is yes where the reader's browser draws with
+    /// WebGPU on a GPU; `--occlusion=false`: not.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PAGE)]
+    occlusion: Option<bool>,
     /// Draw the edges of the triangles at first
     #[arg(long, help_heading = heading::PAGE)]
     wireframe: bool,
@@ -235,16 +242,17 @@ impl Html {
         }
         let mut surfaces = surfaces.into_iter();
         let first = surfaces.next();
+        let style = self.style.values();
         let look = Look {
-            occlusion: self.occlusion,
-            light: self.light,
+            occlusion: self.occlusion.or(style.occlusion),
+            light: self.light.unwrap_or(style.light),
             wireframe: self.wireframe,
             opacity: first
                 .and_then(|surface| surface.opacity)
                 .unwrap_or(self.cutaway.opacity as f32),
             clip: self.cutaway.clip.map(|clip| clip.of(spectrum.volume())),
-            background: self.background,
-            front: first.and_then(|surface| surface.color),
+            background: self.background.or(style.background),
+            front: first.and_then(|surface| surface.color).or(style.front),
             also: surfaces.collect(),
         };
         Ok((first, look))
@@ -301,7 +309,8 @@ impl Html {
             .with_color(self.color.shown())
             .with_map(self.color.color_map)
             .with_ends(self.color.ends())
-            .with_occlusion(look.occlusion)
+            .with_occlusion(look.occlusion.unwrap_or(false))
+            .with_front(look.front)
             .with_light(look.light)
             .with_wireframe(look.wireframe.then_some(1.0))
             .with_clip(look.clip)

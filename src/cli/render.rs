@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use isospectrum::render::{Background, Light, Renderer, Surface, View, reveal_inner};
+use isospectrum::render::{Background, Light, Renderer, Style, Surface, View, reveal_inner};
 use isospectrum::series::{Frames, MAX_FRAMES, Series};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
@@ -82,17 +82,23 @@ pub(super) struct Render {
     /// With `surface`, that of all pictures of a sweep. With `volume`, pictures of different isovalues have the same scale.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface, hide_possible_values = true, hide_short_help = true, help_heading = heading::CAMERA)]
     fit: Fit,
+    /// Background, light and colour: paper, studio, ...
+    ///
+    /// One of default, paper (white, a muted colour, occlusion), studio (dark, a warm colour, occlusion), flat (light from the eye,
+    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence.
+    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true, help_heading = heading::PICTURE)]
+    style: Style,
     /// Light from upper-left, eye, left, ...
     ///
     /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
-    #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, help_heading = heading::PICTURE)]
-    light: Light,
+    #[arg(long, value_name = "FROM", help_heading = heading::PICTURE)]
+    light: Option<Light>,
     /// Darken hollows
     ///
-    /// Ambient occlusion in screen space. It shows form where noise hides it.
-    #[arg(long, help_heading = heading::PICTURE)]
-    occlusion: bool,
+    /// Ambient occlusion in screen space. It shows form where noise hides it. `--occlusion=false`: not, whatever the style.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PICTURE)]
+    occlusion: Option<bool>,
     /// Draw the edges of the triangles
     #[arg(long, help_heading = heading::PICTURE)]
     wireframe: bool,
@@ -108,8 +114,8 @@ pub(super) struct Render {
     #[arg(long, value_name = "TEXT", help_heading = heading::PICTURE)]
     label: Option<String>,
     /// Background: white, light, dark or transparent
-    #[arg(long, value_name = "COLOR", default_value = "white", hide_default_value = true, help_heading = heading::PICTURE)]
-    background: Background,
+    #[arg(long, value_name = "COLOR", help_heading = heading::PICTURE)]
+    background: Option<Background>,
     /// Width and height, pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768", help_heading = heading::OUTPUT)]
     size: PictureSize,
@@ -220,7 +226,7 @@ impl Render {
     /// Returns the destination of a series of pictures.
     fn series(&self) -> Result<Series> {
         let PictureSize { width, height } = self.size;
-        Series::of(&self.output, self.fps, [width, height], self.background)
+        Series::of(&self.output, self.fps, [width, height], self.background())
     }
 
     /// Returns the requested isovalues; checks that they are in the range.
@@ -262,10 +268,17 @@ impl Render {
         Ok(pictures)
     }
 
+    /// Returns the background: the one given, else that of the style.
+    fn background(&self) -> Background {
+        self.background.or(self.style.values().background).unwrap_or_default()
+    }
+
     fn view(&self, spectrum: &Spectrum) -> View {
         let PictureSize { width, height } = self.size;
-        View::default()
-            .with_width(width)
+        let look = View::default().with_style(self.style);
+        let occlusion = self.occlusion.unwrap_or(look.occlusion);
+        let light = self.light.unwrap_or(look.light);
+        look.with_width(width)
             .with_height(height)
             .with_camera(self.camera.camera())
             .with_wireframe(self.wireframe.then_some(1.0))
@@ -278,10 +291,10 @@ impl Render {
             .with_scale_bar(self.scale_bar || self.axes)
             .with_open(self.border.is_open(spectrum))
             .with_keep(self.keep.of(spectrum))
-            .with_background(self.background)
+            .with_background(self.background())
             .with_opacity(self.cutaway.opacity as f32)
-            .with_occlusion(self.occlusion)
-            .with_light(self.light)
+            .with_occlusion(occlusion)
+            .with_light(light)
     }
 }
 

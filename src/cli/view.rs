@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use isospectrum::Parameters;
-use isospectrum::render::{Background, Light, View as RenderView, reveal_inner};
+use isospectrum::render::{Background, Light, Style, View as RenderView, reveal_inner};
 use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, MAX_TRIANGLES, Opening, run};
 use isospectrum::volume::{Placement, ReadOptions, Statistics, Volume, phantom, read_volume};
@@ -68,17 +68,23 @@ pub(super) struct View {
     color: ColorArguments,
     #[command(flatten)]
     camera: CameraArguments,
+    /// Background, light and colour: paper, studio, ...
+    ///
+    /// One of default, paper (white, a muted colour, occlusion), studio (dark, a warm colour, occlusion), flat (light from the eye,
+    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence.
+    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true, help_heading = heading::PICTURE)]
+    style: Style,
     /// Light from upper-left, eye, left, ...
     ///
     /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
-    #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, help_heading = heading::PICTURE)]
-    light: Light,
+    #[arg(long, value_name = "FROM", help_heading = heading::PICTURE)]
+    light: Option<Light>,
     /// Darken hollows
     ///
-    /// Ambient occlusion in screen space. It shows form where noise hides it.
-    #[arg(long, help_heading = heading::PICTURE)]
-    occlusion: bool,
+    /// Ambient occlusion in screen space. It shows form where noise hides it. `--occlusion=false`: not, whatever the style.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PICTURE)]
+    occlusion: Option<bool>,
     /// Draw the edges of the triangles
     #[arg(long, help_heading = heading::PICTURE)]
     wireframe: bool,
@@ -86,8 +92,8 @@ pub(super) struct View {
     #[arg(long, help_heading = heading::PICTURE)]
     axes: bool,
     /// Background: white, light or dark
-    #[arg(long, value_name = "COLOR", default_value = "white", hide_default_value = true, help_heading = heading::PICTURE)]
-    background: Background,
+    #[arg(long, value_name = "COLOR", help_heading = heading::PICTURE)]
+    background: Option<Background>,
     /// Tolerance of computed spectra, voxels
     #[arg(long, value_name = "H", value_parser = positive, default_value_t = Parameters::default().error, hide_short_help = true, help_heading = heading::TRACKING)]
     error: f64,
@@ -109,7 +115,7 @@ impl View {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let volume = self.volume.as_deref().map(read).transpose()?;
         let content = self.content()?;
-        if self.background == Background::Transparent {
+        if self.background == Some(Background::Transparent) {
             let message = "background 'transparent', expected white, light or dark";
             return Err(Error::Usage(message.into()).into());
         }
@@ -135,19 +141,23 @@ impl View {
         let opacity = surfaces.first().and_then(|first| first.opacity);
         let open = header.map_or(self.border.open(), |spectrum| self.border.is_open(spectrum));
         let keep = header.map_or(Keep::default(), |spectrum| self.keep.of(spectrum));
+        let look = RenderView::default().with_style(self.style);
+        let background = self.background.unwrap_or(look.background);
+        let light = self.light.unwrap_or(look.light);
+        let occlusion = self.occlusion.unwrap_or(look.occlusion);
         run(Opening {
             content,
             volume,
             field: self.color.color_by.as_deref().map(read).transpose()?,
             surfaces,
             marks,
-            view: RenderView::default()
+            view: look
                 .with_width(self.size.width)
                 .with_height(self.size.height)
                 .with_camera(self.camera.camera())
                 .with_wireframe(self.wireframe.then_some(1.0))
-                .with_occlusion(self.occlusion)
-                .with_light(self.light)
+                .with_occlusion(occlusion)
+                .with_light(light)
                 .with_axes(self.axes)
                 .with_scale_bar(self.axes)
                 .with_color(self.color.shown())
@@ -155,7 +165,7 @@ impl View {
                 .with_ends(self.color.ends())
                 .with_open(open)
                 .with_keep(keep)
-                .with_background(self.background)
+                .with_background(background)
                 .with_clip(clip)
                 .with_opacity(opacity.unwrap_or(self.cutaway.opacity as f32)),
             parameters: Parameters::default().with_error(self.error).with_step(self.step),

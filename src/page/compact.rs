@@ -1,5 +1,5 @@
-//! Leaves out what a browser does not need of a script: comments, and white space that separates nothing. Three words are written
-//! shorter. Names stay as they are, and so do strings, templates and regular expressions.
+//! Leaves out what a browser does not need of a script: comments, and white space that separates nothing. Four words, and
+//! fractions, are written shorter. Names stay as they are, and so do strings, templates and regular expressions.
 //!
 //! # Invariants
 //!
@@ -45,7 +45,14 @@ pub(super) fn push_compact(text: &str, script: &mut String) {
             script.pop();
         }
         let (token, after) = rest.split_at(length);
-        script.push_str(shorter(token));
+        // The zero of `0.5`.
+        let is_zero = token == "0"
+            && after
+                .strip_prefix('.')
+                .is_some_and(|digits| digits.starts_with(|c: char| c.is_ascii_digit()));
+        if !is_zero {
+            script.push_str(shorter(token));
+        }
         rest = after;
     }
     script.push('\n');
@@ -57,6 +64,7 @@ fn shorter(token: &str) -> &str {
         "const" => "let",
         "true" => "!0",
         "false" => "!1",
+        "undefined" => "void 0",
         _ => token,
     }
 }
@@ -165,6 +173,16 @@ mod tests {
             compact("return x in y;\nclass A {\n    #b;\n}\n"),
             "return x in y;class A{#b}\n"
         );
+    }
+
+    #[test]
+    fn words_and_fractions_are_written_shorter() {
+        assert_eq!(
+            compact("const a = true ? 0.5 : -0.25 + 10.5 + 0;\n"),
+            "let a=!0?.5:-.25+10.5+0;\n"
+        );
+        assert_eq!(compact("return 0.5 * a[0].b;\n"), "return .5*a[0].b;\n");
+        assert_eq!(compact("a = b === undefined ? undefined : c;\n"), "a=b===void 0?void 0:c;\n");
     }
 
     #[test]

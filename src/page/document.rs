@@ -9,7 +9,7 @@ use super::data;
 use super::field::PageField;
 use super::first::{FirstRange, first_range};
 use super::link::Link;
-use super::options::Page;
+use super::options::{Page, styles_to_json};
 use super::script;
 use super::template;
 use crate::color::{Color, Map, ScaleEnd};
@@ -135,6 +135,7 @@ fn about(
         "axes": page.axes,
         "orthographic": camera.orthographic,
         "look": page.look.to_json(spectrum)?,
+        "styles": styles_to_json(),
         "maps": maps,
         "field": field.map(PageField::to_json),
         "color": coloring(page),

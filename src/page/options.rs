@@ -2,7 +2,9 @@
 
 use crate::color::{Color, ColorSources, Map, ScaleEnds, to_srgb};
 use crate::error::{Error, Result};
-use crate::render::{Background, Camera, Clip, Image, Light, Surface, plain_color};
+use crate::render::{
+    Background, Camera, Clip, Image, Light, Style, StyleValues, Surface, plain_color,
+};
 use crate::setters::setters;
 use crate::spectrum::{Keep, Spectrum};
 use crate::volume::{Histogram, Statistics};
@@ -131,8 +133,8 @@ impl<'a> Page<'a> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Look {
-    /// Whether ambient occlusion darkens hollows.
-    pub occlusion: bool,
+    /// Whether ambient occlusion darkens hollows; if the reader's browser draws with WebGPU on a GPU if `None`.
+    pub occlusion: Option<bool>,
     /// Whether the edges of triangles are drawn.
     pub wireframe: bool,
     /// The opacity of the surface, 0 to 1.
@@ -152,7 +154,7 @@ pub struct Look {
 impl Default for Look {
     fn default() -> Self {
         Look {
-            occlusion: false,
+            occlusion: None,
             wireframe: false,
             opacity: 1.0,
             clip: None,
@@ -185,11 +187,30 @@ impl Look {
             "opacity": rounded(self.opacity),
             "clip": self.clip.map(|clip| clip_to_json(clip, spectrum)).transpose()?,
             "light": self.light.name(),
-            "background": self.background.map(Background::name),
+            "background": background_to_json(self.background),
             "front": self.front.map(hex_of),
             "also": also.collect::<Result<Vec<_>>>()?,
         }))
     }
+}
+
+/// The styles that the reader can choose, in the form of a look.
+pub(super) fn styles_to_json() -> serde_json::Value {
+    let style_to_json = |style: Style| {
+        let StyleValues { background, light, front, occlusion } = style.values();
+        let values = serde_json::json!({
+            "background": background_to_json(background),
+            "light": light.name(),
+            "front": front.map(hex_of),
+            "occlusion": occlusion,
+        });
+        (style.name().to_owned(), values)
+    };
+    Style::ALL.into_iter().map(style_to_json).collect::<serde_json::Map<_, _>>().into()
+}
+
+fn background_to_json(background: Option<Background>) -> &'static str {
+    background.map_or("auto", Background::name)
 }
 
 /// An opacity with three decimals, enough for every setting.

@@ -53,7 +53,12 @@ pub(super) fn frame(
     projection: &Projection,
     map: Map,
 ) -> SurfaceUniforms {
-    let color = color.or((layer > 1).then(|| plain_color(layer)));
+    let default = match layer {
+        0 => view.front,
+        1 => None,
+        _ => Some(plain_color(layer)),
+    };
+    let color = color.or(default);
     let [front, mut back] = match color {
         Some([r, g, b]) => {
             let [back_r, back_g, back_b] = [r, g, b].map(|c| BACK_SIDE_BRIGHTNESS * c);

@@ -3,6 +3,7 @@
 use super::background::Background;
 use super::camera::{Camera, FILL};
 use super::light::Light;
+use super::style::Style;
 use crate::color::{Color, Map, ScaleEnds};
 use crate::error::{Error, Result};
 use crate::setters::setters;
@@ -54,6 +55,9 @@ pub struct View {
     pub occlusion: bool,
     /// Position of the main light.
     pub light: Light,
+    /// Linear red, green and blue of the outer side of the first surface if it is plain and has no colour of its own; `None` for the
+    /// default.
+    pub front: Option<[f32; 3]>,
 }
 
 /// One of the isosurfaces of a picture.
@@ -127,6 +131,7 @@ impl Default for View {
             opacity: 1.0,
             occlusion: false,
             light: Light::default(),
+            front: None,
         }
     }
 }
@@ -154,6 +159,20 @@ impl View {
         with_wireframe(wireframe: f32),
         with_clip(clip: Clip),
         with_label(label: String),
+        with_front(front: [f32; 3]),
+    }
+
+    /// Sets background, light, colour and occlusion to those of a style.
+    #[must_use]
+    pub fn with_style(self, style: Style) -> Self {
+        let values = style.values();
+        View {
+            background: values.background.unwrap_or_default(),
+            light: values.light,
+            front: values.front,
+            occlusion: values.occlusion.unwrap_or(false),
+            ..self
+        }
     }
 }
 

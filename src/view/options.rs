@@ -10,7 +10,7 @@ use super::pointer::Tool;
 use super::scene::Scene;
 use super::{pinned, save};
 use crate::color::{Map, Scale, ScaleEnds, to_srgb};
-use crate::render::{Background, Clip, Color, Light, View, plain_color};
+use crate::render::{Background, Clip, Color, Light, Style, View, plain_color};
 use crate::spectrum::VolumeInfo;
 
 /// The command of a button.
@@ -109,12 +109,16 @@ fn appearance(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Opt
     });
     if view.color == Color::None {
         ui.horizontal(|ui| {
-            let mut color = scene.color.unwrap_or(plain_color(0).map(to_srgb));
+            let default = view.front.unwrap_or(plain_color(0)).map(to_srgb);
+            let mut color = scene.color.unwrap_or(default);
             if ui.color_edit_button_srgb(&mut color).changed() {
                 scene.color = Some(color);
             }
             ui.label("surface");
+            style(ui, scene, view);
         });
+    } else {
+        style(ui, scene, view);
     }
     legend(ui, scene, view, options);
     ui.horizontal(|ui| {
@@ -146,6 +150,19 @@ fn appearance(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Opt
     ComboBox::from_label("light").selected_text(view.light.name()).show_ui(ui, |ui| {
         for light in Light::ALL {
             ui.selectable_value(&mut view.light, light, light.name());
+        }
+    });
+}
+
+/// Sets background, light, colour and occlusion to those of a style.
+fn style(ui: &mut Ui, scene: &mut Scene, view: &mut View) {
+    ui.menu_button("style", |ui| {
+        for style in Style::ALL {
+            if ui.button(style.name()).clicked() {
+                *view = view.clone().with_style(style);
+                scene.color = None;
+                ui.close();
+            }
         }
     });
 }

@@ -249,6 +249,8 @@ fn write_looks(folder: &Folder, isovalue: f64) {
         render(folder, isovalue, &format!("look-{name}.png"), flags);
     }
     folder.run(&["html", "s.isp", "-o", "occluded.html", "--orthographic", "--occlusion"]);
+    folder.run(&["html", "s.isp", "-o", "studio.html", "--style", "studio", "--light", "right"]);
+    folder.run(&["html", "s.isp", "-o", "bright.html", "--occlusion=false"]);
     let also = ["-c", "60%=red@0.9", "-c", "20%@0.3"];
     let look = ["--clip", "-y:25%", "--wireframe", "--background", "dark"];
     folder.run(&[&["html", "s.isp", "-o", "look.html"][..], &also, &look].concat());

@@ -120,6 +120,76 @@ describe("views", () => {
         await close();
     });
 
+    test("a style sets background, light, colour and occlusion, and the address restores it with what was changed after it", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2", view: "35,22,1" });
+        await openLook(page);
+        const look = async () => {
+            const { background, light, occlusion } = await state(page);
+            const [style, front] = await Promise.all(["#style", "#front"].map((id) => page.locator(id).inputValue()));
+            return { style, background, light, occlusion, front };
+        };
+        const usual = await look();
+        assert.deepEqual(usual, { style: "default", background: "auto", light: "upper-left", occlusion: false, front: "#73b9b6" });
+        const plain = await pixels(page);
+        const shown = {};
+        for (const [style, background, light, occlusion] of [
+            ["paper", "white", "upper-left", true], ["studio", "dark", "upper-left", true], ["flat", "white", "eye", false],
+        ]) {
+            await page.selectOption("#style", style);
+            await settled(page);
+            shown[style] = await look();
+            assert.deepEqual({ ...shown[style], front: "" }, { style, background, light, occlusion, front: "" });
+            assert.ok(difference(await pixels(page), plain).share > 0.05, `${style} looks different`);
+        }
+        assert.deepEqual(new Set(Object.values(shown).map(({ front }) => front)).size, 3, "each has its colour");
+        await page.selectOption("#style", "studio");
+        await page.waitForFunction(() => location.hash.includes("style=studio"));
+        assert.doesNotMatch(new URL(page.url()).hash, /background|light|front|occlusion/);
+        await reopen(page);
+        assert.deepEqual(await look(), shown.studio);
+        await page.selectOption("#light", "left");
+        await page.waitForFunction(() => location.hash.includes("light=left"));
+        await reopen(page);
+        assert.deepEqual(await look(), { ...shown.studio, style: "", light: "left" });
+        await page.selectOption("#style", "default");
+        await settled(page);
+        assert.deepEqual(await look(), usual);
+        await close();
+        // The author's style, but for the flag that wins.
+        const { page: other, close: closeOther } = await watched(browser);
+        await open(other, { renderer: "webgl2" }, "studio.html");
+        const { background, light, occlusion } = await state(other);
+        assert.deepEqual([background, light, occlusion], ["dark", "right", true]);
+        assert.equal(await other.locator("#front").inputValue(), shown.studio.front);
+        await closeOther();
+    });
+
+    test("occlusion is on by default on WebGPU with a graphics card only", async () => {
+        const occlusionOf = async (hash, isCard, name) => {
+            const { page, close } = await watched(browser);
+            if (isCard) {
+                // The adapter of the tests is software.
+                await page.addInitScript(() => {
+                    const info = { description: "a card", isFallbackAdapter: false };
+                    Object.defineProperty(GPUAdapter.prototype, "info", { get: () => info });
+                });
+            }
+            await open(page, hash, name);
+            await settled(page);
+            const { occlusion, renderer } = await state(page);
+            assert.equal(await page.locator("#occlusion").isChecked(), occlusion);
+            await close();
+            return [renderer, occlusion];
+        };
+        assert.deepEqual(await occlusionOf({ renderer: "webgpu" }, false), ["WebGPU", false]);
+        assert.deepEqual(await occlusionOf({ renderer: "webgpu" }, true), ["WebGPU", true]);
+        assert.deepEqual(await occlusionOf({ renderer: "webgl2" }, true), ["WebGL2", false]);
+        assert.deepEqual(await occlusionOf({ renderer: "webgpu", occlusion: "0" }, true), ["WebGPU", false]);
+        assert.deepEqual(await occlusionOf({ renderer: "webgpu", style: "flat" }, true), ["WebGPU", false]);
+        assert.deepEqual(await occlusionOf({ renderer: "webgpu" }, true, "bright.html"), ["WebGPU", false]);
+    });
+
     test("on a large screen the controls are next to the picture", async () => {
         const { page, close } = await watched(browser, { viewport: { width: 1280, height: 800 } });
         await open(page, { renderer: "webgl2" });

@@ -62,6 +62,44 @@ fn empty_pictures_are_reported() {
 }
 
 #[test]
+fn a_style_is_the_flags_that_it_stands_for_and_single_flags_win() {
+    let folder = Folder::with_spectrum();
+    let picture = |c: &str, flags: &[&str]| {
+        let base =
+            ["render", "s.isp", "-c", c, "--clip", "x:50%", "--size", "96x64", "-o", "p.png"];
+        folder.run(&[&base[..], flags].concat());
+        folder.read("p.png")
+    };
+    let styled = ["default", "paper", "studio", "flat"]
+        .map(|style| (style, picture("50%", &["--style", style])));
+    assert!(styled[0].1 == picture("50%", &[]), "the default style is no style");
+    for (i, (style, own)) in styled.iter().enumerate() {
+        for (other, picture) in &styled[..i] {
+            assert!(own != picture, "{style} and {other} give the same picture");
+        }
+    }
+    let [_, _, (_, studio), (_, flat)] = &styled;
+    assert!(*flat == picture("50%", &["--light", "eye"]), "flat is light from the eye");
+    let dark = ["--background", "dark", "--occlusion"];
+    assert!(*studio == picture("50%=#e3b27c", &dark), "studio is dark, amber and occluded");
+    let overridden = ["--light", "left", "--background", "white", "--occlusion=false"];
+    let with_style = [&overridden[..], &["--style", "studio"]].concat();
+    assert!(
+        picture("50%=red", &with_style) == picture("50%=red", &overridden),
+        "single flags win over the style"
+    );
+    // Films and turntables have the colour, too.
+    let sweep = ["render", "s.isp", "--sweep", "50%:60%:2", "--clip", "x:50%", "-o", "f%d.png"];
+    let sweep = [&sweep[..], &["--size", "96x64", "--fit", "volume", "--style", "studio"]].concat();
+    folder.run(&sweep);
+    let single = picture("50%", &["--fit", "volume", "--style", "studio"]);
+    assert!(folder.read("f0.png") == single, "a frame of a sweep has the style");
+    let wrong = ["render", "s.isp", "-c", "50%", "-o", "w.png", "--style", "gallery"];
+    let line = folder.fails(&wrong, 2);
+    assert!(line.contains("default, paper, studio, flat"), "{line}");
+}
+
+#[test]
 fn each_flag_of_appearance_changes_the_picture() {
     let folder = Folder::with_spectrum();
     // A hollow half of a ball: its pictures from different sides differ, and occlusion darkens its inside.

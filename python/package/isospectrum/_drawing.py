@@ -13,7 +13,7 @@ from . import _appearance, _native
 from ._arguments import choice, optional, number, path_of, public, whole
 from ._errors import UsageError
 from ._isovalue import Isovalue, as_text, two
-from ._looks import Background, Color, ColorMap, Light, Numbers, Shown, Slider
+from ._looks import Background, Color, ColorMap, Light, Numbers, Shown, Slider, Style
 from ._picture import Picture
 from ._preparation import NOT_NEGATIVE, POSITIVE
 from ._sources import volume
@@ -66,11 +66,12 @@ class Drawing:
         color_map: ColorMap | None = None,
         color_range: str | Sequence[SupportsFloat | str | None] | npt.NDArray[Any] | None = None,
         color_center: SupportsFloat | None = None,
+        style: Style = "default",
         background: Literal["white", "light", "dark"] | None = None,
-        light: Light = "upper-left",
+        light: Light | None = None,
         clip: str | None = None,
         opacity: SupportsFloat = 1.0,
-        occlusion: bool = False,
+        occlusion: bool | None = None,
         wireframe: bool = False,
         axes: bool = False,
         open: bool | None = None,  # noqa: A002 (as --open)
@@ -96,10 +97,10 @@ class Drawing:
             Named isovalues offered to the reader: ``{"bone": 1200, "skin": -200}``.
         range, tolerance, step : two isovalues, float, float, optional
             Isovalues to publish; distance within which knots are left out; multiples to which positions are rounded (voxels).
-        camera, up, orthographic, color, color_by, color_map, color_range, color_center, light, clip, opacity, occlusion, wireframe : optional
+        camera, up, orthographic, color, color_by, color_map, color_range, color_center, style, light, clip, opacity, occlusion, wireframe : optional
             Initial appearance, as in :meth:`render`; colours are none, quality, lifetime, curvature or component.
         background : {"white", "light", "dark"}, optional
-            Initial background: white, light or dark; by default that of the reader's browser.
+            Initial background: white, light or dark; by default that of the style, else that of the reader's browser.
         axes : bool, default False
             Show the box, the axes and a scale bar initially.
         open : bool, optional
@@ -161,11 +162,12 @@ class Drawing:
         color_range: str | Sequence[SupportsFloat | str | None] | npt.NDArray[Any] | None = None,
         color_center: SupportsFloat | None = None,
         legend: bool = True,
-        background: Background = "white",
-        light: Light = "upper-left",
+        style: Style = "default",
+        background: Background | None = None,
+        light: Light | None = None,
         clip: str | None = None,
         opacity: SupportsFloat = 1.0,
-        occlusion: bool = False,
+        occlusion: bool | None = None,
         wireframe: bool = False,
         axes: bool = False,
         scale_bar: bool = False,
@@ -205,17 +207,20 @@ class Drawing:
             Values of the first and the last colour, a pair or a text such as ``"p5:p95"``; value of the middle colour.
         legend : bool, default True
             Draw a legend of the colours.
-        background : {"white", "light", "dark", "transparent"}
-            white, light, dark or transparent.
-        light : str, default "upper-left"
-            Direction of the main light: upper-left, eye, left, right, above or below.
+        style : {"default", "paper", "studio", "flat"}
+            Background, light, colour and occlusion where no other argument gives them: paper (white, a muted colour, occlusion), studio
+            (dark, a warm colour, occlusion) or flat (light from the eye, no occlusion).
+        background : {"white", "light", "dark", "transparent"}, optional
+            white, light, dark or transparent; by default that of the style, else white.
+        light : str, optional
+            Direction of the main light: upper-left, eye, left, right, above or below; by default that of the style, else upper-left.
         clip : str, optional
             Clip plane perpendicular to an axis of the volume, at a share of its length or a distance from the first sample:
             ``"x:50%"``, ``"z:12.5"``, or ``"-x:50%"`` to keep the other side.
         opacity : float, default 1
             Opacity of the surface, 0 to 1.
-        occlusion, wireframe : bool, default False
-            Ambient occlusion; draw the edges of the triangles.
+        occlusion, wireframe : bool, optional
+            Ambient occlusion, by default that of the style, else none; draw the edges of the triangles.
         axes, scale_bar : bool, default False
             The box of the volume, the axes of the world and a scale bar; a scale bar alone.
         label : str, optional
@@ -274,12 +279,13 @@ class Drawing:
 
     def _appearance_arguments(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """The arguments of a method that describe the appearance, converted for the library."""
-        texts = ("up", "color_map", "background", "light")
-        flags = ("orthographic", "occlusion", "wireframe", "axes")
+        texts = ("up", "color_map", "style", "background", "light")
+        flags = ("orthographic", "wireframe", "axes")
         camera, clip = arguments["camera"], arguments["clip"]
         return {
             **{name: arguments[name] for name in texts},
             **{flag: bool(arguments[flag]) for flag in flags},
+            "occlusion": None if arguments["occlusion"] is None else bool(arguments["occlusion"]),
             "color": _appearance.color(arguments["color"]),
             "color_center": optional(number, arguments["color_center"], "color_center", "a number", lambda x: True),
             "camera": None if camera is None else _appearance.camera(camera),

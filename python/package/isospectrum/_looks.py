@@ -19,6 +19,7 @@ Shown = Union[Isovalue, "Mapping[Any, Look]", "Sequence[Isovalue]", "npt.NDArray
 Color = Literal["none", "quality", "lifetime", "curvature", "distance", "component", "normal"]
 ColorMap = Literal["viridis", "cividis", "magma", "inferno", "plasma", "vik"]
 Background = Literal["white", "light", "dark", "transparent"]
+Style = Literal["default", "paper", "studio", "flat"]
 Light = Literal["upper-left", "eye", "left", "right", "above", "below"]
 Numbers = Union["Sequence[SupportsFloat]", "npt.NDArray[Any]"]
 
@@ -62,11 +63,12 @@ class DrawingOptions(TypedDict, total=False):
     color_range: str | Sequence[SupportsFloat | str | None] | npt.NDArray[Any] | None
     color_center: SupportsFloat | None
     legend: bool
-    background: Background
-    light: Light
+    style: Style
+    background: Background | None
+    light: Light | None
     clip: str | None
     opacity: SupportsFloat
-    occlusion: bool
+    occlusion: bool | None
     wireframe: bool
     axes: bool
     scale_bar: bool
