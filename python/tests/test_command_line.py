@@ -252,3 +252,22 @@ def test_errors_have_the_messages_of_the_program(files, program, tmp_path, argum
         assert raised.value.filename in done.stderr and raised.value.strerror in done.stderr
     else:
         assert message in done.stderr
+
+
+@pytest.mark.parametrize("style", ["paper", "studio", "flat"])
+def test_a_style_is_that_of_the_program_and_single_options_win(files, run, tmp_path, style):
+    s = isospectrum.open(files / "blobs.isp")
+    run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "160x120", "--style", style)
+    picture = s.render(0.4, size=(160, 120), style=style)
+    picture.save(tmp_path / "ours.png")
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
+    assert (np.asarray(picture) != np.asarray(s.render(0.4, size=(160, 120)))).any()
+    run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "160x120", "--style", style,
+        "--background", "light", "--light", "below")  # fmt: skip
+    s.render(0.4, size=(160, 120), style=style, background="light", light="below").save(tmp_path / "ours.png")
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
+
+
+def test_an_unknown_style_is_named(files):
+    with pytest.raises(isospectrum.Error, match="flat"):
+        isospectrum.open(files / "blobs.isp").render(0.4, style="flatt")
