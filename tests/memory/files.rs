@@ -136,7 +136,7 @@ fn valid_files_take_memory_by_their_length() {
     accepted("more knots", &triangle_again_and_again(4, 100_000), READ);
     let mut events = Crafted::empty();
     let n = 200_000;
-    events.events = (0..5).fold(Content::default().count(n), |c, _| c.constant(0, n));
+    events.events = (0..6).fold(Content::default().count(n), |c, _| c.constant(0, n));
     accepted("events", &events, READ);
     let mut collapses = triangle_again_and_again(1, 4);
     // From vertex 0 onto vertex 1, at rank 0; the first step stands for all.
