@@ -88,7 +88,7 @@ mod tests {
     fn ends_of_a_range_look_different_if_they_are() {
         assert_eq!(range((0.0, 1.0 / 3.0)), "0 to 0.33333");
         assert_eq!(range((1.0, 1.000_000_000_000_000_2)), "1 to 1.0000000000000002");
-        assert_eq!(range((2.999_999_999_999_999_4e-40, 3e-40)), "2.9999999999999994e-40 to 3e-40");
+        assert_eq!(range((2.999_999_999_999_999_4e-40, 3e-40)), "2.999999999999999e-40 to 3e-40");
         assert_eq!(range((7.0, 7.0)), "7 to 7");
     }
 
