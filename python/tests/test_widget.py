@@ -295,6 +295,14 @@ def test_two_widgets_in_jupyterlab(lab, browser):
     found = {frame.title(): frame for frame in ready(tab, 2)}
     one, two = found["One"], found["Two"]
     assert (shown(one), shown(two)) == (0.3, 0.6)
+    # The second output may change the width of the first.
+    sizes = [0, 0]
+
+    def are_settled() -> bool:
+        last, sizes[:] = list(sizes), [len(pixels(frame)) for frame in (one, two)]
+        return sizes == last
+
+    until(tab, are_settled)
     before = {frame: pixels(frame) for frame in (one, two)}
     # From Python: one changes, the other does not.
     run(3)

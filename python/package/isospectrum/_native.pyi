@@ -13,6 +13,7 @@ __all__ = [
     "Spectrum",
     "Surface",
     "Volume",
+    "WorkFolder",
     "after_fork",
     "analyze",
     "compute",
@@ -275,8 +276,9 @@ class WorkFolder:
 
     def __new__(cls, to: str | os.PathLike[str] | None) -> WorkFolder: ...
     def __enter__(self) -> str | os.PathLike[str]: ...
-    def __exit__(self, *error: object) -> None: ...
+    def __exit__(self, _kind: object, _error: object, _traceback: object) -> None: ...
 
+@final
 class Plan:
     """The plan of a computation in bricks."""
 
