@@ -28,11 +28,8 @@ struct EventCluster {
     euler_change: i64,
     /// Members, ascending.
     events: Vec<u32>,
-    /// The persistence of the pairs of which one event is here, by what happens to their component here; the largest first.
-    emerging: Vec<f64>,
-    merging: Vec<f64>,
-    splitting: Vec<f64>,
-    vanishing: Vec<f64>,
+    /// The pairs of which one event is here: what happens to their component here, and their persistence; the largest first.
+    pairs: Vec<(EventKind, f64)>,
 }
 
 /// The events without the ramp, ascending; within a cluster emergences come first, then merges,
@@ -50,7 +47,7 @@ pub(super) fn net_events(
             let of_kind =
                 cluster.events.iter().find(|&&e| events[e as usize].kind == kind).unwrap_or(&last);
             let position = events[*of_kind as usize].position;
-            let mut persistence = cluster.persistence(kind).iter().copied();
+            let mut persistence = cluster.persistence(kind);
             net.extend((0..n).map(|_| {
                 let persistence = persistence.next();
                 (last as usize, Event { isovalue, position, kind, persistence })
@@ -63,31 +60,9 @@ pub(super) fn net_events(
 }
 
 impl EventCluster {
-    /// Adds a pair with one event here.
-    fn add(&mut self, kind: EventKind, persistence: f64) {
-        match kind {
-            EventKind::Emerge => self.emerging.push(persistence),
-            EventKind::Merge => self.merging.push(persistence),
-            EventKind::Split => self.splitting.push(persistence),
-            EventKind::Vanish => self.vanishing.push(persistence),
-            EventKind::HandleOpen | EventKind::HandleClose => {}
-        }
-    }
-
-    fn sort(&mut self) {
-        let all = [&mut self.emerging, &mut self.merging, &mut self.splitting, &mut self.vanishing];
-        all.into_iter().for_each(|of_kind| of_kind.sort_by(|a, b| b.total_cmp(a)));
-    }
-
     /// The persistence of its net events of a kind, as far as it is known.
-    fn persistence(&self, kind: EventKind) -> &[f64] {
-        match kind {
-            EventKind::Emerge => &self.emerging,
-            EventKind::Merge => &self.merging,
-            EventKind::Split => &self.splitting,
-            EventKind::Vanish => &self.vanishing,
-            EventKind::HandleOpen | EventKind::HandleClose => &[],
-        }
+    fn persistence(&self, kind: EventKind) -> impl Iterator<Item = f64> {
+        self.pairs.iter().filter(move |pair| pair.0 == kind).map(|pair| pair.1)
     }
 
     /// The net events: kinds and numbers.
@@ -150,9 +125,9 @@ fn clusters(events: &[TopologyEvent], arcs: &[Arc], pairs: &[ExtremumPair]) -> V
             _ => ((saddle, EventKind::Split), (extremum, EventKind::Vanish)),
         };
         for (cluster, kind) in [begins, ends] {
-            clusters[cluster as usize].add(kind, pair.persistence);
+            clusters[cluster as usize].pairs.push((kind, pair.persistence));
         }
     }
-    clusters.iter_mut().for_each(EventCluster::sort);
+    clusters.iter_mut().for_each(|cluster| cluster.pairs.sort_by(|a, b| b.1.total_cmp(&a.1)));
     clusters
 }
