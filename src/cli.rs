@@ -45,6 +45,7 @@ mod report;
 mod simplify_arguments;
 mod size_argument;
 mod spectrum_file;
+mod style_arguments;
 mod surface_argument;
 mod sweep_argument;
 mod target;

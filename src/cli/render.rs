@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use isospectrum::render::{Background, Light, Renderer, Style, Surface, View, reveal_inner};
+use isospectrum::render::{Background, Renderer, Surface, View, reveal_inner};
 use isospectrum::series::{Frames, MAX_FRAMES, Series};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
@@ -18,6 +18,7 @@ use super::keep_arguments::KeepArguments;
 use super::progress::Bar;
 use super::size_argument::PictureSize;
 use super::spectrum_file::Opened;
+use super::style_arguments::StyleArguments;
 use super::surface_argument::SurfaceArgument;
 use super::sweep_argument::SweepArgument;
 use super::{empty, gpu, heading, report};
@@ -82,23 +83,8 @@ pub(super) struct Render {
     /// With `surface`, that of all pictures of a sweep. With `volume`, pictures of different isovalues have the same scale.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface, hide_possible_values = true, hide_short_help = true, help_heading = heading::CAMERA)]
     fit: Fit,
-    /// Background, light and colour: paper, studio, ...
-    ///
-    /// One of default, paper (white, a muted colour, occlusion), studio (dark, a warm colour, occlusion), flat (light from the eye,
-    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence.
-    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true, help_heading = heading::PICTURE)]
-    style: Style,
-    /// Light from upper-left, eye, left, ...
-    ///
-    /// One of upper-left, eye, left, right, above, below.
-    /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
-    #[arg(long, value_name = "FROM", help_heading = heading::PICTURE)]
-    light: Option<Light>,
-    /// Darken hollows
-    ///
-    /// Ambient occlusion in screen space. It shows form where noise hides it. `--occlusion=false`: not, whatever the style.
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PICTURE)]
-    occlusion: Option<bool>,
+    #[command(flatten)]
+    style: StyleArguments,
     /// Draw the edges of the triangles
     #[arg(long, help_heading = heading::PICTURE)]
     wireframe: bool,
@@ -270,15 +256,14 @@ impl Render {
 
     /// Returns the background: the one given, else that of the style.
     fn background(&self) -> Background {
-        self.background.or(self.style.values().background).unwrap_or_default()
+        self.background.or(self.style.style.values().background).unwrap_or_default()
     }
 
     fn view(&self, spectrum: &Spectrum) -> View {
         let PictureSize { width, height } = self.size;
-        let look = View::default().with_style(self.style);
-        let occlusion = self.occlusion.unwrap_or(look.occlusion);
-        let light = self.light.unwrap_or(look.light);
-        look.with_width(width)
+        self.style
+            .view()
+            .with_width(width)
             .with_height(height)
             .with_camera(self.camera.camera())
             .with_wireframe(self.wireframe.then_some(1.0))
@@ -293,8 +278,6 @@ impl Render {
             .with_keep(self.keep.of(spectrum))
             .with_background(self.background())
             .with_opacity(self.cutaway.opacity as f32)
-            .with_occlusion(occlusion)
-            .with_light(light)
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use isospectrum::Parameters;
-use isospectrum::render::{Background, Light, Style, View as RenderView, reveal_inner};
+use isospectrum::render::{Background, reveal_inner};
 use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, MAX_TRIANGLES, Opening, run};
 use isospectrum::volume::{Placement, ReadOptions, Statistics, Volume, phantom, read_volume};
@@ -21,6 +21,7 @@ use super::mark_argument::{Mark, resolved};
 use super::number_argument::positive;
 use super::size_argument::PictureSize;
 use super::spectrum_file::{Format, Opened};
+use super::style_arguments::StyleArguments;
 use super::surface_argument::SurfaceArgument;
 
 const EXAMPLES: &str = "\
@@ -68,23 +69,8 @@ pub(super) struct View {
     color: ColorArguments,
     #[command(flatten)]
     camera: CameraArguments,
-    /// Background, light and colour: paper, studio, ...
-    ///
-    /// One of default, paper (white, a muted colour, occlusion), studio (dark, a warm colour, occlusion), flat (light from the eye,
-    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence.
-    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true, help_heading = heading::PICTURE)]
-    style: Style,
-    /// Light from upper-left, eye, left, ...
-    ///
-    /// One of upper-left, eye, left, right, above, below.
-    /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
-    #[arg(long, value_name = "FROM", help_heading = heading::PICTURE)]
-    light: Option<Light>,
-    /// Darken hollows
-    ///
-    /// Ambient occlusion in screen space. It shows form where noise hides it. `--occlusion=false`: not, whatever the style.
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PICTURE)]
-    occlusion: Option<bool>,
+    #[command(flatten)]
+    style: StyleArguments,
     /// Draw the edges of the triangles
     #[arg(long, help_heading = heading::PICTURE)]
     wireframe: bool,
@@ -141,10 +127,8 @@ impl View {
         let opacity = surfaces.first().and_then(|first| first.opacity);
         let open = header.map_or(self.border.open(), |spectrum| self.border.is_open(spectrum));
         let keep = header.map_or(Keep::default(), |spectrum| self.keep.of(spectrum));
-        let look = RenderView::default().with_style(self.style);
+        let look = self.style.view();
         let background = self.background.unwrap_or(look.background);
-        let light = self.light.unwrap_or(look.light);
-        let occlusion = self.occlusion.unwrap_or(look.occlusion);
         run(Opening {
             content,
             volume,
@@ -156,8 +140,6 @@ impl View {
                 .with_height(self.size.height)
                 .with_camera(self.camera.camera())
                 .with_wireframe(self.wireframe.then_some(1.0))
-                .with_occlusion(occlusion)
-                .with_light(light)
                 .with_axes(self.axes)
                 .with_scale_bar(self.axes)
                 .with_color(self.color.shown())
