@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::life::{Life, Track};
+use super::life::Life;
 use super::patch::edge_trajectory;
 use super::region::{LatticeEdge, PaddedGrid};
 use super::shared::SharedPlanes;
+use super::track::Track;
 use crate::topology::exact::ExactField;
 
 /// The ends of a chord, ascending.

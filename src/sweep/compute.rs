@@ -2,22 +2,30 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+use rayon::prelude::*;
+
 use super::area;
 use super::chords::split_chords;
 use super::context::Sweep;
 use super::counts::Counts;
-use super::exact::{ExactInterval, add_exact_triangles, join_intervals};
+use super::exact::{ExactCells, ExactInterval};
 use super::initial::{self, InitialMesh};
+use super::isovalue_ranks::IsovalueRanks;
+use super::life::{Life, merge_sorted};
 use super::march::{Marched, march};
 use super::parameters::Parameters;
-use super::patch::{Swept, Thinning, patch};
+use super::patch::{Recorded, Swept, Thinning, patch};
+use super::record::{OwnKnot, Recorder};
 use super::region::{self, PaddedGrid};
+use super::seam_triangles::join_seam_triangles;
 use super::shared::SharedPlanes;
+use super::track::TrackCodes;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::kernels::Backend;
 use crate::progress::Progress;
-use crate::spectrum::{About, Metadata, Patch, Spectrum};
+use crate::spectrum::{About, Metadata, Patch, Spectrum, Triangle};
 use crate::topology::Topology;
 use crate::volume::Volume;
 
@@ -76,27 +84,53 @@ pub(crate) fn compute_known(
 /// The whole sweep as one patch: the march's record, and the exact cells in the intervals in which they are exact.
 pub(super) fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)> {
     let is_given = initial.is_some();
-    let Marched { mut record, exact_intervals: mut intervals, counts } = march(sweep, initial)?;
+    let Marched { record, exact_intervals: mut intervals, counts } = march(sweep, initial)?;
     log::info!("{counts:?}");
     let grid = PaddedGrid::of(&sweep.exact);
     let (low, high) = sweep.range;
     let shared = SharedPlanes::of(&sweep.exact);
     let own = region::layer(grid).filter(|&cell| !shared.is_beyond(cell));
     intervals.extend(own.map(|cell| ExactInterval { cell, low, high }));
-    let joined = join_intervals(intervals);
-    let n_tracked = record.lives.len();
     let stage = sweep.stages.finishing(sweep.progress);
     stage.report(0.0);
-    let mut inner = add_exact_triangles(&mut record, &sweep.exact, &sweep.topology, &joined);
-    log::info!("{n_tracked} tracked triangles, {} of exact cells", record.lives.len() - n_tracked);
+    let Recorder { mut lives, knots, .. } = record;
+    let mut inner = Vec::new();
+    split_chords(&mut lives, &mut inner, &sweep.exact, sweep.range);
+    let record = recorded(sweep, lives, knots, inner, intervals)?;
     stage.report(0.5);
-    split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
     // An initial mesh is shown unchanged at its isovalue.
     let kept = sweep.parameters.start.filter(|_| is_given);
     let thinning = Thinning { tolerance: sweep.parameters.error as f32, kept };
-    let patch = patch(record, inner, &sweep.exact, sweep.range, thinning);
+    let patch = patch(record, &sweep.exact, sweep.range, thinning)?;
     stage.report(1.0);
     Ok((patch, counts))
+}
+
+/// The triangles of a march, which have these lifetimes and knots, and `inner` for vertices inside cells; and those of the cells that are exact in these intervals.
+fn recorded(
+    sweep: &Sweep,
+    lives: Vec<Life>,
+    knots: Vec<Vec<OwnKnot>>,
+    mut inner: Vec<Vec<(f64, Vec3)>>,
+    intervals: Vec<ExactInterval>,
+) -> Result<Recorded> {
+    let codes = TrackCodes::new(PaddedGrid::of(&sweep.exact), knots.len())?;
+    let cells = ExactCells::new(&sweep.exact, &sweep.topology, intervals);
+    let of_tracked = IsovalueRanks::of(&lives, |l, ends| ends.extend([l.low, l.high]));
+    let ends = IsovalueRanks::new([of_tracked.isovalues(), cells.ends().isovalues()].concat());
+    let mut triangles: Vec<Triangle> = lives.par_iter().map(|l| l.coded(codes, &ends)).collect();
+    drop(lives);
+    triangles.par_sort_unstable_by_key(|t| (t.vertices, t.birth, t.death));
+    merge_sorted(&mut triangles, 0);
+    let is_on_seam = |t: &Triangle| t.vertices.iter().all(|&v| codes.is_edge(v));
+    let (seam, mut triangles): (Vec<Triangle>, Vec<Triangle>) =
+        triangles.into_iter().partition(is_on_seam);
+    let n_tracked = triangles.len();
+    cells.add_triangles((codes, &ends), &mut triangles, &mut inner);
+    join_seam_triangles(&mut triangles, n_tracked, seam, codes.n_codes(inner.len())?);
+    triangles.shrink_to_fit();
+    log::info!("{n_tracked} tracked triangles, {} of exact cells", triangles.len() - n_tracked);
+    Ok(Recorded { triangles, n_tracked, codes, ends, knots, inner })
 }
 
 /// The spectrum of a patch, with the sweep's metadata and events.

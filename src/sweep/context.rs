@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::parameters::Parameters;
+use super::region::PaddedGrid;
 use super::stages::Stages;
+use super::track::TrackCodes;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::kernels::Backend;
@@ -37,6 +39,7 @@ impl<'a> Sweep<'a> {
         known: Option<Topology>,
     ) -> Result<Self> {
         let exact = ExactField::new(volume)?;
+        TrackCodes::new(PaddedGrid::of(&exact), 0)?;
         let (low, high) = parameters.range.unwrap_or(volume.range());
         let range = (low, swept_end(&exact, high));
         let stages = Stages::of(&exact, range);

@@ -12,19 +12,19 @@
 //! [`ExactField::face_saddle_value`]), which may be a few units in the last place below a sample's value. So the extraction is the same at
 //! all numbers of an interval, and cells with a common face change it at the same number.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::life::{Life, Track, merge_consecutive};
-use super::record::Recorder;
+use super::isovalue_ranks::IsovalueRanks;
+use super::life::merge_sorted;
 use super::region::{LatticeEdge, PaddedGrid};
 use super::shared::SharedPlanes;
+use super::track::{Track, TrackCodes};
 use crate::extract::{Extraction, extract_cell};
-use crate::topology::Topology;
+use crate::spectrum::Triangle;
 use crate::topology::critical::GridElement;
 use crate::topology::exact::ExactField;
+use crate::topology::{Topology, TopologyEvent};
 
 /// Isovalues at which vertices inside cells are computed, as shares of an interval; first and last serve for its ends.
 const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
@@ -44,7 +44,7 @@ pub(super) struct ExactInterval {
 }
 
 /// Sorts intervals by cell and isovalue, and joins consecutive ones of a cell.
-pub(super) fn join_intervals(mut intervals: Vec<ExactInterval>) -> Vec<ExactInterval> {
+fn join_intervals(mut intervals: Vec<ExactInterval>) -> Vec<ExactInterval> {
     intervals.sort_by(|a, b| a.cell.cmp(&b.cell).then(a.low.total_cmp(&b.low)));
     let mut joined: Vec<ExactInterval> = Vec::with_capacity(intervals.len());
     for next in intervals {
@@ -56,115 +56,122 @@ pub(super) fn join_intervals(mut intervals: Vec<ExactInterval>) -> Vec<ExactInte
     joined
 }
 
-/// The result of one task.
+/// The exact cells, and the isovalues of events in them.
+pub(super) struct ExactCells<'a> {
+    field: &'a ExactField<'a>,
+    /// Sorted by cell and isovalue.
+    intervals: Vec<ExactInterval>,
+    /// Cells that contain or touch events, with the isovalue of each, ascending.
+    events: Vec<(u32, f64)>,
+}
+
+/// The triangles of some cells.
 #[derive(Debug, Default)]
 struct ExactTriangles {
-    lives: Vec<Life>,
-    /// Trajectories of vertices inside cells: isovalues and positions.
+    triangles: Vec<Triangle>,
+    /// The trajectories of vertices inside the cells: isovalues and positions.
     inner: Vec<Vec<(f64, Vec3)>>,
 }
 
-/// Adds the triangles of cells in the intervals in which they are exact; returns the trajectories of vertices inside
-/// cells. `intervals` is sorted.
-pub(super) fn add_exact_triangles(
-    record: &mut Recorder,
-    field: &ExactField,
-    topology: &Topology,
-    intervals: &[ExactInterval],
-) -> Vec<Vec<(f64, Vec3)>> {
-    let shared = SharedPlanes::of(field);
-    let events = &event_isovalues(field, topology, shared);
-    let triangles = |intervals: &[ExactInterval]| {
-        let mut triangles = ExactTriangles::default();
-        for interval in intervals {
-            triangles.add_cell(field, events.get(&interval.cell).map_or(&[], |e| e), interval);
-        }
-        triangles
-    };
-    let mut inner = Vec::new();
-    for intervals in intervals.chunks(ROUND_CELLS) {
-        let all: Vec<ExactTriangles> = intervals.par_chunks(TASK_CELLS).map(triangles).collect();
-        for triangles in all {
-            let base = inner.len() as u32;
-            record.lives.extend(triangles.lives.into_iter().map(|mut l| {
-                for t in &mut l.vertices {
-                    if let Track::Inner(n) = t {
-                        *n += base;
-                    }
-                }
-                l
-            }));
-            inner.extend(triangles.inner);
+impl<'a> ExactCells<'a> {
+    /// The cells of some intervals in which they are exact.
+    pub(super) fn new(
+        field: &'a ExactField<'a>,
+        topology: &Topology,
+        intervals: Vec<ExactInterval>,
+    ) -> Self {
+        let (grid, shared) = (PaddedGrid::of(field), SharedPlanes::of(field));
+        let is_own = |e: &&TopologyEvent| !matches!(e.element, GridElement::Vertex(v) if shared.holds_sample(v));
+        let own = topology.events.iter().filter(is_own);
+        let cells =
+            own.flat_map(|e| grid.cells_at(e.element).into_iter().map(|cell| (cell, e.isovalue)));
+        let mut events: Vec<(u32, f64)> = cells.collect();
+        events.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        ExactCells { field, intervals: join_intervals(intervals), events }
+    }
+
+    /// All isovalues at which triangles may begin or end.
+    pub(super) fn ends(&self) -> IsovalueRanks {
+        IsovalueRanks::of(&self.intervals, |interval, ends| ends.extend(self.breaks(interval)))
+    }
+
+    /// Appends the triangles of all cells in the intervals in which they are exact, by cell, with codes of trajectories and ranks of `ends`,
+    /// which has all isovalues of [`ExactCells::ends`]; and the trajectories of vertices inside cells.
+    pub(super) fn add_triangles(
+        &self,
+        (codes, ends): (TrackCodes, &IsovalueRanks),
+        triangles: &mut Vec<Triangle>,
+        inner: &mut Vec<Vec<(f64, Vec3)>>,
+    ) {
+        let of_task = |intervals: &[ExactInterval]| {
+            let mut made = ExactTriangles::default();
+            intervals.iter().for_each(|interval| made.add_cell(self, (codes, ends), interval));
+            made
+        };
+        for intervals in self.intervals.chunks(ROUND_CELLS) {
+            let made = intervals.par_chunks(TASK_CELLS).map(of_task);
+            for made in made.collect::<Vec<ExactTriangles>>() {
+                let n = inner.len() as u32;
+                let number = |code| codes.after_inner(code, n);
+                let own = made.triangles.into_iter();
+                triangles.extend(own.map(|t| Triangle { vertices: t.vertices.map(number), ..t }));
+                inner.extend(made.inner);
+            }
         }
     }
-    inner
-}
 
-/// Isovalues of events by cell that contains or touches them.
-fn event_isovalues(
-    field: &ExactField,
-    topology: &Topology,
-    shared: SharedPlanes,
-) -> HashMap<u32, Vec<f64>> {
-    let grid = PaddedGrid::of(field);
-    let mut events: HashMap<u32, Vec<f64>> = HashMap::new();
-    for e in &topology.events {
-        if matches!(e.element, GridElement::Vertex(v) if shared.holds_sample(v)) {
-            continue;
-        }
-        for cell in grid.cells_at(e.element) {
-            events.entry(cell).or_default().push(e.isovalue);
-        }
-    }
-    events
-}
-
-/// The isovalues at which a cell's triangles may change inside an interval, ascending, including its ends.
-fn breaks(
-    field: &ExactField,
-    cell: u32,
-    values: &[f64; 8],
-    events: &[f64],
-    (low, high): (f64, f64),
-) -> Vec<f64> {
-    let mut breaks: Vec<f64> = values.to_vec();
-    breaks.extend(events);
-    for axis in 0..3 {
-        for corner in [cell, cell + field.strides()[axis]] {
-            let saddle = field.face_saddle(corner, axis);
-            breaks.extend(saddle.map(|s| field.face_saddle_value(&s)));
-        }
-    }
-    breaks.retain(|&c| low < c && c < high);
-    breaks.extend([low, high]);
-    breaks.sort_by(f64::total_cmp);
-    breaks.dedup();
-    breaks
-}
-
-impl ExactTriangles {
-    fn add_cell(&mut self, field: &ExactField, events: &[f64], interval: &ExactInterval) {
-        let &ExactInterval { cell, low, high } = interval;
+    /// The isovalues at which a cell's triangles may change inside an interval, ascending, including its ends; none if the cell has no triangles there.
+    fn breaks(&self, &ExactInterval { cell, low, high }: &ExactInterval) -> Vec<f64> {
+        let field = self.field;
         let values = field.cell_offsets().map(|o| field.vertex_value(cell + o));
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let (low, high) = (low.max(least), high.min(most));
         if low >= high {
-            return;
+            return Vec::new();
         }
-        let first = self.lives.len();
-        for ends in breaks(field, cell, &values, events, (low, high)).windows(2) {
+        let mut breaks: Vec<f64> = values.to_vec();
+        let first = self.events.partition_point(|e| e.0 < cell);
+        breaks.extend(self.events[first..].iter().take_while(|e| e.0 == cell).map(|e| e.1));
+        for axis in 0..3 {
+            for corner in [cell, cell + field.strides()[axis]] {
+                let saddle = field.face_saddle(corner, axis);
+                breaks.extend(saddle.map(|s| field.face_saddle_value(&s)));
+            }
+        }
+        breaks.retain(|&c| low < c && c < high);
+        breaks.extend([low, high]);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        breaks
+    }
+}
+
+impl ExactTriangles {
+    fn add_cell(
+        &mut self,
+        cells: &ExactCells,
+        (codes, ends): (TrackCodes, &IsovalueRanks),
+        interval: &ExactInterval,
+    ) {
+        let (field, cell) = (cells.field, interval.cell);
+        let breaks = cells.breaks(interval);
+        let ranks: Vec<u32> = breaks.iter().map(|&c| ends.rank(c)).collect();
+        let first = self.triangles.len();
+        for (ends, ranks) in breaks.windows(2).zip(ranks.windows(2)) {
             let (low, high) = (ends[0], ends[1]);
             // Between neighbouring floating point numbers the middle rounds to one of them; the interval contains the lower one.
             let middle = Some(low + 0.5 * (high - low)).filter(|&m| m < high).unwrap_or(low);
             let surface = extract_cell(field, cell, middle);
-            let vertices = self.vertices(field, cell, &surface, [low, high]);
+            let tracks = self.vertices(field, cell, &surface, [low, high]);
+            let (birth, death) = (ranks[0], ranks[1]);
             for (face, &cap) in surface.faces.iter().zip(&surface.caps) {
-                let vertices = face.map(|v| vertices[v as usize]);
-                self.lives.push(Life { vertices, low, high, cap });
+                let vertices = face.map(|v| codes.code(tracks[v as usize]));
+                self.triangles.push(Triangle { vertices, birth, death, cap });
             }
         }
-        merge_consecutive(&mut self.lives, first);
+        self.triangles[first..].sort_unstable_by_key(|t| (t.vertices, t.birth));
+        merge_sorted(&mut self.triangles, first);
     }
 
     fn vertices(

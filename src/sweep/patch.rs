@@ -2,20 +2,23 @@
 //!
 //! # Theory
 //!
-//! Memory is limited by the number of triangles, so nothing is stored twice: trajectories along lattice edges are computed from
-//! the samples when needed, and duplicates are removed from tables while they grow.
+//! Memory is limited by the number of triangles, so nothing is stored twice: triangles are changed in place, trajectories along lattice edges are
+//! computed from the samples when needed, and duplicates are removed from tables while they grow.
 
-use std::cmp::Ordering;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::life::{Life, Track, compare_by_triangle, is_tracked, merge_sorted};
-use super::record::{OwnKnot, Recorder};
+use super::isovalue_ranks::IsovalueRanks;
+use super::ranked_set::RankedSet;
+use super::record::OwnKnot;
 use super::region::LatticeEdge;
 use super::shared::{SharedPlanes, WholeEdge};
 use super::thin::{Candidate, ErrorBound, thin};
+use super::track::{Track, TrackCodes};
 use super::tracked::EDGE_MARGIN;
+use crate::error::Result;
 use crate::spectrum::{Knot, Patch, Triangle, quantum};
 use crate::topology::exact::ExactField;
 use crate::volume::Outside;
@@ -61,6 +64,20 @@ fn trajectory_from(
     [at(low), at(high)]
 }
 
+/// What a sweep has recorded.
+pub(super) struct Recorded {
+    /// All triangles, those of the tracked mesh first. Their vertices are codes of trajectories, their lifetimes ranks of `ends`.
+    pub(super) triangles: Vec<Triangle>,
+    /// How many are of the tracked mesh.
+    pub(super) n_tracked: usize,
+    pub(super) codes: TrackCodes,
+    pub(super) ends: IsovalueRanks,
+    /// The knots of tracked vertices.
+    pub(super) knots: Vec<Vec<OwnKnot>>,
+    /// The knots of vertices inside exact cells.
+    pub(super) inner: Vec<Vec<(f64, Vec3)>>,
+}
+
 /// The result of a sweep.
 #[derive(Debug)]
 pub(super) struct Swept {
@@ -88,7 +105,7 @@ struct Trajectories<'a> {
     /// The trajectories in use, ascending.
     tracks: Vec<Track>,
     /// By trajectory, the isovalues between which there are triangles with it.
-    spans: Vec<(f64, f64)>,
+    spans: Vec<[f64; 2]>,
     /// Index in `tracks` of the first trajectory of a tracked vertex, and the knots of those.
     first_own: usize,
     own: Vec<Vec<(f64, Vec3)>>,
@@ -117,7 +134,7 @@ impl Trajectories<'_> {
             Track::Inner(n) => (&self.inner[n as usize], base),
         };
         // Events may be slightly before or after the other knots.
-        let (low, high) = self.spans[i];
+        let [low, high] = self.spans[i];
         let last = knots.len() - 1;
         for (k, &(c, p)) in knots.iter().enumerate() {
             let c = if k == 0 { c.min(low) } else { c };
@@ -127,33 +144,29 @@ impl Trajectories<'_> {
     }
 }
 
-/// One patch of all triangles, those of the tracked mesh first. `inner` are the trajectories inside exact cells.
+/// One patch of all triangles.
+///
+/// # Errors
+///
+/// As [`TrackCodes::n_codes`].
 pub(super) fn patch(
-    record: Recorder,
-    inner: Vec<Vec<(f64, Vec3)>>,
+    record: Recorded,
     field: &ExactField,
     range: (f64, f64),
     thinning: Thinning,
-) -> Swept {
-    let Recorder { mut lives, knots, .. } = record;
-    lives.par_sort_unstable_by(compare_by_triangle);
-    merge_sorted(&mut lives, 0);
-    lives.shrink_to_fit();
-    let n_tracked = lives.partition_point(is_tracked);
-    let tracks = unique(&lives, |l, tracks| tracks.extend(l.vertices), Track::cmp);
-    let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use") as u32;
-    let ends = unique(&lives, |l, ends| ends.extend([l.low, l.high]), f64::total_cmp);
-    let end = |c: f64| ends.partition_point(|&x| x < c) as u32;
+) -> Result<Swept> {
+    let Recorded { mut triangles, n_tracked, codes, ends, knots, inner } = record;
+    let used = triangles.par_iter().flat_map_iter(|t| t.vertices);
+    let used = RankedSet::new(codes.n_codes(inner.len())?, used);
     // The sweep orients faces by the field, a spectrum by what is enclosed.
     let is_reversed = field.volume().outside() == Outside::High;
     let oriented = |[a, b, c]: [u32; 3]| if is_reversed { [a, c, b] } else { [a, b, c] };
-    // Lifetimes are indices into `ends` at first.
-    let mut triangles = replaced(lives, |l: &Life| Triangle {
-        vertices: oriented(l.vertices.map(number)),
-        birth: end(l.low),
-        death: end(l.high),
-        cap: l.cap,
-    });
+    triangles
+        .par_iter_mut()
+        .for_each(|t| t.vertices = oriented(t.vertices.map(|code| used.rank(code))));
+    let spans = spans(&triangles, used.len());
+    let tracks: Vec<Track> = used.iter().map(|code| codes.track(code)).collect();
+    drop(used);
     let first_own = tracks.partition_point(|t| matches!(t, Track::Edge(_)));
     let own = tracks[first_own..].par_iter().filter_map(|t| match t {
         Track::Own(n) => Some(thinned(&knots[*n as usize], thinning)),
@@ -163,29 +176,41 @@ pub(super) fn patch(
     drop(knots);
     let inner: Vec<Vec<(f64, Vec3)>> =
         inner.into_par_iter().map(|knots| thinned_inside(&knots, thinning.tolerance)).collect();
-    let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); tracks.len()];
-    for t in &triangles {
-        let (low, high) = (ends[t.birth as usize], ends[t.death as usize]);
-        for v in t.vertices.map(|v| v as usize) {
-            spans[v] = (spans[v].0.min(low), spans[v].1.max(high));
-        }
-    }
     let corners = [Vec3::ZERO, highest_corner(field, thinning.tolerance)];
+    let ends = ends.into_isovalues();
+    let spans = spans.into_iter().map(|span| span.map(|rank| ends[rank as usize])).collect();
     let trajectories = Trajectories { field, range, tracks, spans, first_own, own, inner, corners };
     log_sizes(&trajectories);
-    let mut patch = with_knots(&trajectories, &ends);
-    let rank = |c: &f64| patch.isovalues.partition_point(|x| x < c) as u32;
-    let ranks: Vec<u32> = ends.par_iter().map(rank).collect();
+    let (mut patch, isovalues) = with_knots(&trajectories, &ends);
+    let ranks: Vec<u32> = ends.par_iter().map(|&c| isovalues.rank(c)).collect();
     triangles.par_iter_mut().for_each(|t| {
         (t.birth, t.death) = (ranks[t.birth as usize], ranks[t.death as usize]);
     });
-    patch.triangles = triangles;
+    (patch.triangles, patch.isovalues) = (triangles, isovalues.into_isovalues());
     let shared = SharedPlanes::of(field);
     let edges = trajectories.tracks.iter().zip(0..).filter_map(|(t, v)| match t {
         Track::Edge(e) => Some((v, shared.whole_edge(*e)?)),
         _ => None,
     });
-    Swept { n_tracked, shared: edges.collect(), patch }
+    Ok(Swept { n_tracked, shared: edges.collect(), patch })
+}
+
+/// By vertex, the first birth and the last death of its triangles.
+fn spans(triangles: &[Triangle], n_vertices: usize) -> Vec<[u32; 2]> {
+    let new = || [AtomicU32::new(u32::MAX), AtomicU32::new(0)];
+    let spans: Vec<[AtomicU32; 2]> = (0..n_vertices).map(|_| new()).collect();
+    triangles.par_iter().for_each(|t| {
+        for [first, last] in t.vertices.map(|v| &spans[v as usize]) {
+            // Most triangles change nothing, and reading is cheaper.
+            if t.birth < first.load(Ordering::Relaxed) {
+                first.fetch_min(t.birth, Ordering::Relaxed);
+            }
+            if t.death > last.load(Ordering::Relaxed) {
+                last.fetch_max(t.death, Ordering::Relaxed);
+            }
+        }
+    });
+    spans.into_iter().map(|span| span.map(AtomicU32::into_inner)).collect()
 }
 
 /// The highest corner of the box of the whole volume, rounded down to the unit of stored positions.
@@ -197,22 +222,18 @@ fn highest_corner(field: &ExactField, tolerance: f32) -> Vec3 {
     Vec3::from([0, 1, 2].map(|a| ((length(a) / unit).floor() * unit) as f32))
 }
 
-/// The table of isovalues, the ends of lifetimes among them, and the knots of all trajectories.
-fn with_knots(trajectories: &Trajectories, ends: &[f64]) -> Patch {
+/// The table of isovalues, the ends of lifetimes among them, and a patch of the knots of all trajectories.
+fn with_knots(trajectories: &Trajectories, ends: &[f64]) -> (Patch, IsovalueRanks) {
     let all: Vec<u32> = (0..trajectories.tracks.len() as u32).collect();
-    let mut isovalues = unique(
-        &all,
-        |&i, isovalues: &mut Vec<f64>| trajectories.each(i as usize, &mut |c, _| isovalues.push(c)),
-        f64::total_cmp,
-    );
-    isovalues.extend(ends);
-    let isovalues = sorted_unique(isovalues, f64::total_cmp);
-    let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
+    let of_knots = IsovalueRanks::of(&all, |&i, isovalues| {
+        trajectories.each(i as usize, &mut |c, _| isovalues.push(c));
+    });
+    let isovalues = IsovalueRanks::new([of_knots.isovalues(), ends].concat());
     let chunks = all.par_chunks(TASK_ITEMS).map(|chunk| {
         let (mut knots, mut ends) = (Vec::new(), Vec::with_capacity(chunk.len()));
         for &i in chunk {
             trajectories.each(i as usize, &mut |c, p| {
-                knots.push(Knot { rank: rank(c), position: p.to_array() });
+                knots.push(Knot { rank: isovalues.rank(c), position: p.to_array() });
             });
             ends.push(knots.len() as u32);
         }
@@ -227,8 +248,7 @@ fn with_knots(trajectories: &Trajectories, ends: &[f64]) -> Patch {
         patch.first_knot.extend(ends.into_iter().map(|end| first + end));
         patch.knots.extend(knots);
     }
-    patch.isovalues = isovalues;
-    patch
+    (patch, isovalues)
 }
 
 /// Logs the number of vertices of each kind.
@@ -240,46 +260,6 @@ fn log_sizes(trajectories: &Trajectories) {
         "{} vertices on lattice edges, {n_own} tracked with {n_knots} knots, {n_inner} inside cells",
         trajectories.first_own
     );
-}
-
-/// Maps a vector, freeing its memory while the result grows.
-fn replaced<X: Sync, Y: Send>(mut all: Vec<X>, by: impl Fn(&X) -> Y + Sync) -> Vec<Y> {
-    let mut made = Vec::with_capacity(all.len());
-    // A vector can be truncated only at its end; in few parts, as shrinking may copy the rest.
-    let part = all.len().div_ceil(16);
-    while !all.is_empty() {
-        let at = all.len().saturating_sub(part);
-        made.par_extend(all[at..].par_iter().rev().map(&by));
-        all.truncate(at);
-        all.shrink_to_fit();
-    }
-    made.reverse();
-    made
-}
-
-/// The values that `collect` appends for all items, sorted and without duplicates; duplicates are removed early to save memory.
-fn unique<X: Sync, T: Clone + Send + Sync>(
-    of: &[X],
-    collect: impl Fn(&X, &mut Vec<T>) + Sync,
-    order: impl Fn(&T, &T) -> Ordering + Copy + Sync,
-) -> Vec<T> {
-    let chunks = of.par_chunks(TASK_ITEMS).map(|chunk| {
-        let mut values = Vec::new();
-        chunk.iter().for_each(|x| collect(x, &mut values));
-        sorted_unique(values, order)
-    });
-    sorted_unique(chunks.collect::<Vec<Vec<T>>>().concat(), order)
-}
-
-/// Values sorted and without duplicates.
-fn sorted_unique<T: Send>(
-    mut all: Vec<T>,
-    order: impl Fn(&T, &T) -> Ordering + Copy + Sync,
-) -> Vec<T> {
-    all.par_sort_unstable_by(order);
-    all.dedup_by(|a, b| order(a, b).is_eq());
-    all.shrink_to_fit();
-    all
 }
 
 /// The knots of one trajectory that thinning keeps, by isovalue.

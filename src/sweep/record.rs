@@ -10,7 +10,8 @@ use glam::Vec3;
 
 use super::cause::{Cause, Ended};
 use super::join::Joined;
-use super::life::{Life, Track};
+use super::life::Life;
+use super::track::Track;
 use super::tracked::Tracked;
 use crate::mesh::{Face, Vertex};
 
