@@ -1,5 +1,6 @@
 //! From a spectrum to the contents of its chunks.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
@@ -12,10 +13,11 @@ use super::path::Path;
 use super::predict::Surroundings;
 use super::samples::Samples;
 use super::trajectories::{Ranks, write_ranks};
-use super::tree::{Chunk, Tree};
+use super::tree::Tree;
 use super::triangles::write_triangles;
 use super::units::Units;
 use crate::error::Result;
+use crate::grouped::grouped;
 use crate::spectrum::{Collapse, Knot, Patch, Spectrum, Triangle};
 
 /// Chunks below a chunk are encoded or decoded in parallel if they have at least one in so many of all triangles.
@@ -43,13 +45,11 @@ pub(super) struct ChunkContents {
     pub(super) sections: [Content<'static>; 3],
 }
 
-/// A chunk with its vertices and triangles in the order of the file.
+/// A chunk, and its vertices in the order of the file.
 struct EncodedChunk {
     contents: ChunkContents,
     /// Numbers in the original spectrum.
     vertices: Vec<u32>,
-    /// With vertices in numbers of the file.
-    triangles: Vec<Triangle>,
 }
 
 /// Encodes a spectrum, whose positions must be rounded as by [`Units::rounded`] unless these units have no other rounding along the surface, as
@@ -64,20 +64,19 @@ pub(super) fn encode(
     n_chunks: usize,
     units: Units,
 ) -> Result<Encoded> {
-    let encoder = Encoder::new(&spectrum, tree, n_chunks, units);
-    let chunks = encoder.below(0, &mut Path::default())?;
-    drop(encoder);
-    // Each array of the original is dropped as soon as possible, to save memory.
-    let (n_vertices, n_triangles) = (spectrum.n_vertices(), spectrum.triangles().len());
+    let samples = Samples::new(spectrum.volume(), units);
     let (about, patch) = spectrum.into_parts();
     let Patch { isovalues, first_knot, knots, triangles, collapses } = patch;
-    drop(triangles);
+    let (starts, mut triangles) = by_chunk(tree, triangles);
+    let paths = Knots { isovalues: &isovalues, first_knot: &first_knot, knots: &knots };
+    let encoder = Encoder::new(paths, (&starts, &triangles), tree, (n_chunks, units), samples);
+    let chunks = encoder.below(0, &mut Path::default(), &mut triangles)?;
+    drop(encoder);
+    let n_vertices = first_knot.len().saturating_sub(1);
     let mut order = Vec::with_capacity(n_vertices);
-    let mut triangles = Vec::with_capacity(n_triangles);
     let mut contents = Vec::with_capacity(chunks.len());
     for chunk in chunks {
         order.extend(chunk.vertices);
-        triangles.extend(chunk.triangles);
         contents.push(chunk.contents);
     }
     let mut number = vec![0; n_vertices];
@@ -101,16 +100,51 @@ pub(super) fn encode(
     Ok(Encoded { spectrum: Spectrum::unchecked(about, patch), order, chunks: contents })
 }
 
+/// Triangles by chunk, those of a chunk by birth, otherwise in their order; and where each chunk begins, with the end.
+fn by_chunk(tree: &Tree, triangles: Vec<Triangle>) -> (Vec<usize>, Vec<Triangle>) {
+    // A number for each chunk and rank of its span.
+    let mut first_number = vec![0u32];
+    for (i, chunk) in tree.chunks().iter().enumerate() {
+        first_number.push(first_number[i] + chunk.span.len() as u32);
+    }
+    let numbered = triangles.iter().map(|t| {
+        let chunk = tree.chunk_of(t) as usize;
+        (first_number[chunk] + (t.birth - tree.chunks()[chunk].span.start), *t)
+    });
+    let n = first_number[tree.chunks().len()];
+    let (starts, sorted) = grouped(n as usize, numbered);
+    (first_number.iter().map(|&first| starts[first as usize] as usize).collect(), sorted)
+}
+
+/// The trajectories of a spectrum.
+#[derive(Clone, Copy)]
+struct Knots<'a> {
+    isovalues: &'a [f64],
+    first_knot: &'a [u32],
+    knots: &'a [Knot],
+}
+
+impl<'a> Knots<'a> {
+    fn n_vertices(self) -> usize {
+        self.first_knot.len().saturating_sub(1)
+    }
+
+    fn trajectory(self, v: u32) -> &'a [Knot] {
+        let [from, to] = [v as usize, v as usize + 1].map(|v| self.first_knot[v] as usize);
+        &self.knots[from..to]
+    }
+}
+
 struct Encoder<'a> {
-    spectrum: &'a Spectrum,
+    knots: Knots<'a>,
     tree: &'a Tree,
     n_chunks: usize,
     units: Units,
     samples: Samples,
     /// By vertex of the spectrum.
     is_lattice: Vec<bool>,
-    /// By chunk, its triangles by birth, and its vertices: numbers in the spectrum.
-    triangles: Vec<Vec<u32>>,
+    /// By chunk, the number of its first triangle, and at the end the number of all; and its vertices: numbers in the spectrum.
+    first_triangle: &'a [usize],
     vertices: Vec<Vec<u32>>,
     /// By vertex of the spectrum: its chunk, its place in the list of this chunk, and its number on the path once that is known.
     chunk_of: Vec<u32>,
@@ -121,21 +155,21 @@ struct Encoder<'a> {
 }
 
 impl<'a> Encoder<'a> {
-    fn new(spectrum: &'a Spectrum, tree: &'a Tree, n_chunks: usize, units: Units) -> Self {
-        let samples = Samples::new(spectrum.volume(), units);
-        let n_vertices = spectrum.n_vertices();
+    /// An encoder of triangles by chunk.
+    fn new(
+        knots: Knots<'a>,
+        (first_triangle, triangles): (&'a [usize], &[Triangle]),
+        tree: &'a Tree,
+        (n_chunks, units): (usize, Units),
+        samples: Samples,
+    ) -> Self {
+        let n_vertices = knots.n_vertices();
         let all = (0..n_vertices as u32).into_par_iter();
-        let is_lattice = all.map(|v| samples.edge_of(spectrum.trajectory(v)).is_some()).collect();
-        let mut by_birth: Vec<u32> = (0..spectrum.triangles().len() as u32).collect();
-        by_birth.par_sort_by_key(|&i| spectrum.triangles()[i as usize].birth);
+        let is_lattice = all.map(|v| samples.edge_of(knots.trajectory(v)).is_some()).collect();
         let n = tree.chunks().len();
-        let mut triangles = vec![Vec::new(); n];
         let mut chunk_of = vec![u32::MAX; n_vertices];
-        for i in by_birth {
-            let t = &spectrum.triangles()[i as usize];
-            let chunk = tree.chunk_of(t);
-            triangles[chunk as usize].push(i);
-            for v in t.vertices {
+        for (chunk, range) in (0..).zip(first_triangle.windows(2)) {
+            for v in triangles[range[0]..range[1]].iter().flat_map(|t| t.vertices) {
                 let of_vertex = &mut chunk_of[v as usize];
                 *of_vertex =
                     if *of_vertex == u32::MAX { chunk } else { tree.common(*of_vertex, chunk) };
@@ -158,13 +192,13 @@ impl<'a> Encoder<'a> {
         }
         let on_path = (0..n_vertices).map(|_| AtomicU32::new(0)).collect();
         Encoder {
-            spectrum,
+            knots,
             tree,
             n_chunks,
             units,
             samples,
             is_lattice,
-            triangles,
+            first_triangle,
             vertices,
             chunk_of,
             place,
@@ -173,56 +207,70 @@ impl<'a> Encoder<'a> {
         }
     }
 
-    /// Encodes a chunk and those below it, in pre-order. The path ends above the chunk, then and afterwards.
-    fn below(&self, i: usize, path: &mut Path) -> Result<Vec<EncodedChunk>> {
+    /// Encodes a chunk and those below it, in pre-order, and brings their triangles in the order of the file. The path ends above the chunk, then and
+    /// afterwards.
+    fn below(
+        &self,
+        i: usize,
+        path: &mut Path,
+        triangles: &mut [Triangle],
+    ) -> Result<Vec<EncodedChunk>> {
         let end_above = path.end();
         let chunk = &self.tree.chunks()[i];
-        let mut all = vec![self.chunk(i, chunk, path)?];
+        let n = triangles.len();
+        let (own, below) = triangles.split_at_mut(self.n_triangles(i..i + 1));
+        let mut all = vec![self.chunk(i, path, own)?];
         if chunk.pivot.is_some() {
             let [first, second] = self.tree.children(i);
-            let n: usize = self.triangles[i..chunk.end].iter().map(Vec::len).sum();
-            if n as u64 * PARALLEL_SHARES >= self.spectrum.triangles().len() as u64 {
+            let (of_first, of_second) = below.split_at_mut(self.n_triangles(first..second));
+            if n as u64 * PARALLEL_SHARES >= self.n_triangles(0..self.tree.chunks().len()) as u64 {
                 let mut other = path.clone();
-                let (a, b) =
-                    rayon::join(|| self.below(first, path), || self.below(second, &mut other));
+                let (a, b) = rayon::join(
+                    || self.below(first, path, of_first),
+                    || self.below(second, &mut other, of_second),
+                );
                 all.extend(a?.into_iter().chain(b?));
             } else {
-                all.extend(self.below(first, path)?);
-                all.extend(self.below(second, path)?);
+                all.extend(self.below(first, path, of_first)?);
+                all.extend(self.below(second, path, of_second)?);
             }
         }
         path.truncate(end_above);
         Ok(all)
     }
 
-    /// Encodes a chunk and appends it to the path.
-    fn chunk(&self, i: usize, chunk: &Chunk, path: &mut Path) -> Result<EncodedChunk> {
+    /// The number of triangles in some chunks.
+    fn n_triangles(&self, chunks: Range<usize>) -> usize {
+        self.first_triangle[chunks.end] - self.first_triangle[chunks.start]
+    }
+
+    /// Encodes a chunk and appends it to the path. Its triangles are brought in the order of the file.
+    fn chunk(&self, i: usize, path: &mut Path, own: &mut [Triangle]) -> Result<EncodedChunk> {
+        let chunk = &self.tree.chunks()[i];
         let n_above = path.n_vertices();
-        let (mut order, traversal) = self.traversed(i, chunk, path);
-        let FileOrder { triangles: numbers, corners, vertices, .. } = &order;
+        let (mut order, traversal) = self.traversed(i, path, own);
+        let FileOrder { triangles: numbers, corners, vertices, .. } = &mut order;
         let n_used = corners.as_flattened().iter().map(|&v| v + 1).max().unwrap_or(0).max(n_above);
         let in_spectrum = |&local: &u32| self.vertices[i][(local - n_above) as usize];
         let vertices: Vec<u32> = vertices[n_above as usize..].iter().map(in_spectrum).collect();
         let mut ranks = Ranks::default();
         for (&v, k) in vertices.iter().zip(0..) {
             self.on_path[v as usize].store(n_above + k, Ordering::Relaxed);
-            let knots: &[Knot] = self.spectrum.trajectory(v);
+            let knots: &[Knot] = self.knots.trajectory(v);
             ranks.push(knots.iter().map(|knot| knot.rank), self.is_lattice[v as usize]);
             path.positions.extend(knots.iter().map(|knot| self.units.of(knot)));
             path.numbers.push(self.first_vertex[i] + k);
         }
         path.ranks.append(&ranks);
-        let in_spectrum = |&t: &u32| self.triangles[i][t as usize] as usize;
-        let lives = numbers.iter().map(|t| self.spectrum.triangles()[in_spectrum(t)]);
-        let own: Vec<Triangle> =
-            lives.zip(corners).map(|(t, &vertices)| Triangle { vertices, ..t }).collect();
+        permute(own, numbers);
+        own.par_iter_mut().zip(&*corners).for_each(|(t, corners)| t.vertices = *corners);
         // Large lists are dropped as soon as possible.
         (order.triangles, order.corners) = (Vec::new(), Vec::new());
-        let n_isovalues = self.spectrum.isovalues().len() as u32;
+        let n_isovalues = self.knots.isovalues.len() as u32;
         let of = Surroundings {
             ranks: &path.ranks,
-            isovalues: self.spectrum.isovalues(),
-            triangles: &own,
+            isovalues: self.knots.isovalues,
+            triangles: own,
             n_above,
             pivot: chunk.pivot,
             n_chunks: self.n_chunks,
@@ -243,35 +291,28 @@ impl<'a> Encoder<'a> {
         let n_unused = (path.n_vertices() - n_used) as usize;
         let contents = ChunkContents { size, n_unused, sections: [vert, triangles, positions?] };
         if chunk.pivot.is_some() {
-            path.triangles.extend_from_slice(&own);
+            path.triangles.extend_from_slice(own);
         }
-        let mut triangles = own;
-        for t in &mut triangles {
+        for t in own {
             t.vertices = t.vertices.map(|v| path.numbers[v as usize]);
         }
-        Ok(EncodedChunk { contents, vertices, triangles })
+        Ok(EncodedChunk { contents, vertices })
     }
 
-    /// The order of a chunk, and its connectivity.
-    fn traversed(&self, i: usize, chunk: &Chunk, path: &Path) -> (FileOrder, Traversal) {
+    /// The order of a chunk, and its connectivity. Its triangles get local numbers of vertices.
+    fn traversed(&self, i: usize, path: &Path, own: &mut [Triangle]) -> (FileOrder, Traversal) {
         let n_above = path.n_vertices();
-        let own = &self.vertices[i];
+        let vertices = &self.vertices[i];
         let local = |v: u32| match self.chunk_of[v as usize] as usize == i {
             true => n_above + self.place[v as usize],
             false => self.on_path[v as usize].load(Ordering::Relaxed),
         };
-        let triangles: Vec<Triangle> = self.triangles[i]
-            .par_iter()
-            .map(|&t| {
-                let t = self.spectrum.triangles()[t as usize];
-                Triangle { vertices: t.vertices.map(local), ..t }
-            })
-            .collect();
-        let own_of = |local: u32| local.checked_sub(n_above).map(|k| own[k as usize]);
+        own.par_iter_mut().for_each(|t| t.vertices = t.vertices.map(local));
+        let own_of = |local: u32| local.checked_sub(n_above).map(|k| vertices[k as usize]);
         let life = |local: u32| match own_of(local) {
             None => path.ranks.life(local),
             Some(v) => {
-                let knots = self.spectrum.trajectory(v);
+                let knots = self.knots.trajectory(v);
                 Some((knots.first()?.rank, knots.last()?.rank))
             }
         };
@@ -280,12 +321,41 @@ impl<'a> Encoder<'a> {
             Some(v) => self.is_lattice[v as usize],
         };
         traverse(&Input {
-            triangles: &triangles,
-            n_vertices: n_above + own.len() as u32,
-            chunk,
+            triangles: own,
+            n_vertices: n_above + vertices.len() as u32,
+            chunk: &self.tree.chunks()[i],
             above: path,
             life: &life,
             is_lattice: &is_lattice,
         })
+    }
+}
+
+/// Brings items in an order: by place, the number of the item that belongs there, each once. All numbers are lost.
+fn permute<T: Copy>(items: &mut [T], order: &mut [u32]) {
+    for start in 0..items.len() {
+        let first = items[start];
+        let mut at = start;
+        loop {
+            let next = std::mem::replace(&mut order[at], at as u32) as usize;
+            if next == start {
+                items[at] = first;
+                break;
+            }
+            items[at] = items[next];
+            at = next;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_are_brought_in_an_order() {
+        let mut items = ['a', 'b', 'c', 'd', 'e', 'f'];
+        permute(&mut items, &mut [2, 1, 4, 5, 0, 3]);
+        assert_eq!(items, ['c', 'b', 'e', 'f', 'a', 'd']);
     }
 }
