@@ -84,14 +84,34 @@ pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
 }
 
 /// The part of the isosurface inside one cell, whose lowest corner is `corner`, a vertex of the padded
-/// grid. As in [`extract`], except for the order of vertices.
+/// grid. As in [`extract`], except for the order of vertices and without components.
 pub fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Extraction {
-    let mut polygoniser = Polygoniser::new(field, isovalue, Numbering::OneCell);
-    let cell = Cell::at(field, corner, isovalue);
-    if cell.inside != 0 && cell.inside != 255 {
-        polygoniser.add_cell(&cell);
+    let mut extractor = CellExtractor::new(field);
+    extractor.extract(corner, isovalue);
+    extractor.0.mesh
+}
+
+/// Extracts cell by cell as [`extract_cell`], and keeps its memory in between.
+pub(crate) struct CellExtractor<'f, 'v>(Polygoniser<'f, 'v>);
+
+impl<'f, 'v> CellExtractor<'f, 'v> {
+    pub(crate) fn new(field: &'f ExactField<'v>) -> Self {
+        CellExtractor(Polygoniser::new(field, 0.0, Numbering::OneCell))
     }
-    polygoniser.finish()
+
+    /// The part of the isosurface inside a cell.
+    pub(crate) fn extract(&mut self, corner: u32, isovalue: f64) -> &Extraction {
+        let polygoniser = &mut self.0;
+        let field = polygoniser.field;
+        (polygoniser.isovalue, polygoniser.isovalue_key) = (isovalue, field.isovalue_key(isovalue));
+        let Extraction { positions, faces, caps, crossings, .. } = &mut polygoniser.mesh;
+        (positions.clear(), faces.clear(), caps.clear(), crossings.clear());
+        let cell = Cell::at(field, corner, isovalue);
+        if cell.inside != 0 && cell.inside != 255 {
+            polygoniser.add_cell(&cell);
+        }
+        &polygoniser.mesh
+    }
 }
 
 /// The mesh under construction.

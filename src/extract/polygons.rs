@@ -70,15 +70,18 @@ pub(super) fn triangulate(
     if cost[0][n - 1].is_infinite() {
         return false;
     }
-    let mut parts = vec![(0, n - 1)];
-    while let Some((i, j)) = parts.pop() {
-        if j - i >= 2 {
-            let k = apex[i][j] as usize;
-            add([i, k, j]);
-            parts.extend([(k, j), (i, k)]);
-        }
-    }
+    add_parts(&apex, (0, n - 1), &mut add);
     true
+}
+
+/// Adds the triangles of a part of a loop, given by their third vertices.
+fn add_parts(apex: &[[u8; 12]; 12], (i, j): (usize, usize), add: &mut impl FnMut([usize; 3])) {
+    if j - i >= 2 {
+        let k = apex[i][j] as usize;
+        add([i, k, j]);
+        add_parts(apex, (i, k), add);
+        add_parts(apex, (k, j), add);
+    }
 }
 
 /// The mean of some points.

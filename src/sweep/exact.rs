@@ -20,7 +20,7 @@ use super::life::merge_sorted;
 use super::region::{LatticeEdge, PaddedGrid};
 use super::shared::SharedPlanes;
 use super::track::{Track, TrackCodes};
-use crate::extract::{Extraction, extract_cell};
+use crate::extract::{CellExtractor, Extraction, extract_cell};
 use crate::spectrum::Triangle;
 use crate::topology::critical::GridElement;
 use crate::topology::exact::ExactField;
@@ -105,7 +105,10 @@ impl<'a> ExactCells<'a> {
     ) {
         let of_task = |intervals: &[ExactInterval]| {
             let mut made = ExactTriangles::default();
-            intervals.iter().for_each(|interval| made.add_cell(self, (codes, ends), interval));
+            let mut extractor = CellExtractor::new(self.field);
+            for interval in intervals {
+                made.add_cell((self, &mut extractor), (codes, ends), interval);
+            }
             made
         };
         for intervals in self.intervals.chunks(ROUND_CELLS) {
@@ -150,7 +153,7 @@ impl<'a> ExactCells<'a> {
 impl ExactTriangles {
     fn add_cell(
         &mut self,
-        cells: &ExactCells,
+        (cells, extractor): (&ExactCells, &mut CellExtractor),
         (codes, ends): (TrackCodes, &IsovalueRanks),
         interval: &ExactInterval,
     ) {
@@ -162,8 +165,8 @@ impl ExactTriangles {
             let (low, high) = (ends[0], ends[1]);
             // Between neighbouring floating point numbers the middle rounds to one of them; the interval contains the lower one.
             let middle = Some(low + 0.5 * (high - low)).filter(|&m| m < high).unwrap_or(low);
-            let surface = extract_cell(field, cell, middle);
-            let tracks = self.vertices(field, cell, &surface, [low, high]);
+            let surface = extractor.extract(cell, middle);
+            let tracks = self.vertices(field, cell, surface, [low, high]);
             let (birth, death) = (ranks[0], ranks[1]);
             for (face, &cap) in surface.faces.iter().zip(&surface.caps) {
                 let vertices = face.map(|v| codes.code(tracks[v as usize]));
