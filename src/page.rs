@@ -20,10 +20,12 @@ mod field;
 mod first;
 mod knots;
 mod link;
+mod names;
 mod options;
 mod range;
 mod script;
 mod template;
+mod tokens;
 
 pub use data::DEFAULT_STEP;
 pub use document::{Sizes, html, linked};

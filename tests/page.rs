@@ -201,7 +201,7 @@ fn a_linked_page_has_the_places_of_the_tables_and_the_origin_of_the_link() {
         text.contains("worker-src blob:; connect-src https://data.example.org:8000; style-src")
     );
     let alone = html(&spectrum(), &page(&spectrum(), "alone")).expect("a page").0;
-    assert!(text.contains("LinkedFile") && !alone.contains("LinkedFile"));
+    assert!(text.contains("fetch(") && !alone.contains("fetch("));
     assert!(!alone.contains("connect-src"));
 }
 

@@ -1,9 +1,10 @@
 //! Joins the scripts of `page/*.js` into the one script of a page.
 //!
-//! Comments and white space are left out ([`push_compact`]); they are half of the bytes. All else stays as it is written
+//! Comments and white space are left out ([`compact`]), and names are shortened ([`names`]); they are two thirds of the bytes
 //! (`docs/decisions/0013-plain-scripts-and-base64.md`).
 
-use super::compact::push_compact;
+use super::compact::compact;
+use super::{names, tokens};
 
 /// The scripts in the order in which the page has them, without the one that starts it.
 const SCRIPTS: [&str; 36] = [
@@ -59,10 +60,11 @@ const LINKED: [&str; 4] = [
 /// The script of a page, a function without global names; `is_linked` if the isovalues are in a file on a server.
 pub(super) fn script(is_linked: bool) -> String {
     let last = if is_linked { &LINKED[..] } else { &[START] };
-    let mut script = String::from("(() => {\n\"use strict\";\n");
-    SCRIPTS.iter().chain(last).for_each(|text| push_compact(text, &mut script));
-    script.push_str("})();\n");
-    script
+    let scripts: Vec<&str> = SCRIPTS.iter().chain(last).copied().collect();
+    let text = format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts.join("\n"));
+    let mut tokens = tokens::tokens(&text);
+    names::shorten(&mut tokens);
+    compact(&tokens)
 }
 
 #[cfg(test)]
