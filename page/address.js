@@ -68,6 +68,8 @@ function parseExtras(text, { low, high }) {
 
 /** Writes the state into the address; values equal to those of the author are left out. */
 function writeAddress(viewer) {
+    // The address of the page does not lead to a file of the reader.
+    if (viewer.about.name) return;
     const { azimuth, elevation, distance, target } = viewer.view;
     const rounded = [azimuth, elevation, distance, ...target].map((x) => Number(x.toPrecision(6)));
     const view = (target.some((x) => x !== 0) ? rounded : rounded.slice(0, 3)).join(",");
@@ -95,8 +97,12 @@ function writeAddress(viewer) {
         else params.set(name, value);
     }
     viewer.address = `#${params.toString().replaceAll("%2C", ",").replaceAll("%3B", ";")}`;
+    setAddress(viewer.address);
+}
+
+function setAddress(address) {
     try {
-        history.replaceState(null, "", viewer.address);
+        history.replaceState(null, "", address);
     } catch {
         // A frame without its own address.
     }

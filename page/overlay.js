@@ -38,7 +38,7 @@ class Overlay {
         for (const { kind, place } of events) {
             const { x, y } = toScreen(place);
             parts.push(svgElement("circle", { class: "event", cx: x, cy: y, r: 9 }), svgElement("circle", { class: "measured", cx: x, cy: y, r: 1.5 }));
-            if (events.length === 1) parts.push(textAt(viewer.about.curves.words[kind], x, y - 18, "measured"));
+            if (events.length === 1) parts.push(textAt(viewer.words[kind], x, y - 18, "measured"));
         }
         this.svg.replaceChildren(...parts);
     }

@@ -67,6 +67,7 @@ class Panel {
         for (const button of document.querySelectorAll("[data-format]")) {
             on(button, "click", () => viewer.saves.mesh(button.dataset.format));
         }
+        byId("copy-link").parentElement.hidden = Boolean(about.name);
         on("copy-link", "click", () => this.copy(linkTo(viewer)));
         on("copy-embed", "click", async () => {
             await this.copy(embedOf(viewer));

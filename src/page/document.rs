@@ -149,6 +149,7 @@ fn about(
         "suggested": curves.suggested(spectrum, page.statistics),
         "extent": curves.extent(),
         "curves": curves,
+        "words": curves::words(),
     });
     if let Some(link) = link {
         about["link"] = link.to_json();

@@ -7,7 +7,7 @@ use super::compact::compact;
 use super::{names, tokens};
 
 /// The scripts in the order in which the page has them, without the one that starts it.
-const SCRIPTS: [&str; 36] = [
+const SCRIPTS: [&str; 43] = [
     include_str!("../../page/unpack.js"),
     include_str!("../../page/coder.js"),
     include_str!("../../page/file.js"),
@@ -42,7 +42,14 @@ const SCRIPTS: [&str; 36] = [
     include_str!("../../page/scene.js"),
     include_str!("../../page/viewer.js"),
     include_str!("../../page/address.js"),
+    include_str!("../../page/container.js"),
+    include_str!("../../page/chunk.js"),
+    include_str!("../../page/chunked_file.js"),
+    include_str!("../../page/local_file.js"),
+    include_str!("../../page/worker.js"),
     include_str!("../../page/decode.js"),
+    include_str!("../../page/loading.js"),
+    include_str!("../../page/local.js"),
     include_str!("../../page/main.js"),
 ];
 
@@ -50,12 +57,8 @@ const SCRIPTS: [&str; 36] = [
 const START: &str = include_str!("../../page/start.js");
 
 /// Reads the isovalues of a page from a spectrum file on a server, and starts the page.
-const LINKED: [&str; 4] = [
-    include_str!("../../page/container.js"),
-    include_str!("../../page/chunk.js"),
-    include_str!("../../page/ranges.js"),
-    include_str!("../../page/linked.js"),
-];
+const LINKED: [&str; 2] =
+    [include_str!("../../page/ranges.js"), include_str!("../../page/linked.js")];
 
 /// The script of a page, a function without global names; `is_linked` if the isovalues are in a file on a server.
 pub(super) fn script(is_linked: bool) -> String {

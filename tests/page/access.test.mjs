@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { after, before, describe, test } from "node:test";
-import { expected, launch, open, settled, state, watched } from "./browser.mjs";
+import { expected, launch, open, openLook, settled, state, watched } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -86,6 +86,25 @@ describe("access", () => {
         assert.equal((await press("ArrowLeft")).view.azimuth, 35);
         assert.equal((await press("ArrowDown")).view.elevation, 22);
         assert.equal((await state(page)).isovalue, expected.range[0]);
+        // Wherever the focus is, but on a slider.
+        await page.locator("#play").focus();
+        assert.equal((await press("ArrowRight")).view.azimuth, 40);
+        await page.locator("#slider").focus();
+        assert.ok((await press("ArrowRight")).isovalue > expected.range[0]);
+        assert.equal((await press("Home")).isovalue, expected.range[0]);
+        await openLook(page);
+        await page.locator("#opacity").focus();
+        assert.ok(Math.abs((await press("ArrowLeft")).opacity - 0.95) < 1e-9);
+        assert.deepEqual([(await state(page)).view.azimuth, (await state(page)).isovalue], [40, expected.range[0]]);
+        await page.locator("#measure summary").focus();
+        await press("Space");
+        assert.ok(await page.locator("#pick-measure").isVisible());
+        assert.equal((await state(page)).playing, false);
+        await press("m");
+        assert.equal(await page.locator("#pick-measure").getAttribute("aria-pressed"), "true");
+        await press("m");
+        await page.locator("#canvas").focus();
+        assert.equal((await press("ArrowLeft")).view.azimuth, 35);
         const moved = (await press("Shift+ArrowRight")).view;
         assert.ok(Math.hypot(...moved.target) > 0.5 && moved.azimuth === 35);
         const back = (await press("Shift+ArrowLeft")).view;

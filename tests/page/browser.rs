@@ -271,6 +271,8 @@ fn write_noise(folder: &Folder) {
     folder.write("noise_9x9x9_uint8.raw", &noise(9 * 9 * 9));
     folder.run(&["compute", "-q", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
     folder.run(&["html", "noise.isp", "-o", "noise.html"]);
+    let in_bricks = ["compute", "-q", "noise_9x9x9_uint8.raw", "-o", "bricks.isp", "--brick", "4"];
+    folder.run(&[&in_bricks[..], &["--backend", "cpu"]].concat());
 }
 
 /// The components of the noise as the program lists them, and a mesh of the largest ones.
