@@ -8,7 +8,7 @@ function aboutOf({ info, events, named }, about, name) {
     return {
         ...about, name, isovalue: (info.range[0] + info.range[1]) / 2, open: false, keep: {}, field: null, color: {}, basis: null, view: {},
         look: { ...about.look, clip: null, also: [] }, knots: info.size.knots, max_triangles: info.size.most_triangles,
-        histogram: null, samples: info.parameters?.samples, marks: [], suggested: [], extent: [], curves: { events, named },
+        histogram: null, slice: null, samples: info.parameters?.samples, marks: [], suggested: [], extent: [], curves: { events, named },
     };
 }
 

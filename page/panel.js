@@ -54,6 +54,7 @@ class Panel {
         on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
         this.connectComponents();
         this.lookPanel = new LookPanel(viewer, this);
+        this.slice = new Slice(viewer);
         for (const id of ["slider", "plot"]) {
             on(id, "wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
@@ -237,6 +238,7 @@ class Panel {
         this.border.checked = !look.open;
         this.showSelection();
         this.lookPanel.show();
+        this.slice.show();
         setText(this.playButton, playing ? "Pause" : "Play");
         if (this.playButton.ariaPressed !== String(playing)) {
             this.playButton.ariaPressed = playing;

@@ -164,6 +164,7 @@ fn bad_requests_are_errors_of_one_line() {
             3,
             "expected [24, 24, 24]",
         ),
+        (&["html", "s.isp", "-o", "p.html", "--slice"], 2, "--volume"),
         (&["html", "none.isp", "-o", "p.html"], 3, "none.isp"),
         (&["html", "s.isp", "-o", "none/p.html"], 3, "none/p.html"),
     ] {

@@ -7,7 +7,7 @@ use super::compact::compact;
 use super::{names, tokens};
 
 /// The scripts in the order in which the page has them, without the one that starts it.
-const SCRIPTS: [&str; 43] = [
+const SCRIPTS: [&str; 44] = [
     include_str!("../../page/unpack.js"),
     include_str!("../../page/coder.js"),
     include_str!("../../page/file.js"),
@@ -37,6 +37,7 @@ const SCRIPTS: [&str; 43] = [
     include_str!("../../page/isovalue.js"),
     include_str!("../../page/input.js"),
     include_str!("../../page/look_panel.js"),
+    include_str!("../../page/slice.js"),
     include_str!("../../page/panel.js"),
     include_str!("../../page/embed.js"),
     include_str!("../../page/scene.js"),

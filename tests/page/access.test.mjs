@@ -36,7 +36,8 @@ describe("access", () => {
 
     test("axe-core finds nothing, light and dark, wide and narrow, with and without help", async () => {
         const { page, close } = await watched(browser);
-        await open(page, { renderer: "webgl2" });
+        await open(page, { renderer: "webgl2" }, "slice.html");
+        assert.ok(await page.locator("#slice-image").isVisible());
         await page.evaluate(AXE);
         for (const colorScheme of ["light", "dark"]) {
             await page.emulateMedia({ colorScheme });

@@ -185,6 +185,8 @@ fn write_torus(folder: &Folder) {
     let texts = ["--title", "A torus & more", "--caption", "A caption.", "--credit", "A credit."];
     let samples = ["--volume", "torus_24x24x24_float32.raw", "--mark", "top:10%=thin,50%"];
     folder.run(&[&["html", "s.isp", "-o", "page.html"][..], &texts, &samples].concat());
+    let slice = ["html", "s.isp", "-o", "slice.html", "--slice"];
+    folder.run(&[&slice[..], &["--volume", "torus_24x24x24_float32.raw"]].concat());
     folder.run(&["convert", "s.isp", "s.thesis"]);
 }
 
