@@ -50,6 +50,7 @@ class Panel {
         on("plot", "pointerleave", () => this.showText(this.plot.showGuide(null)));
         this.listEvents();
         rememberGroups();
+        for (const id of ["side", "help"]) showScrolling(byId(id));
         this.border = byId("border");
         on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
         this.connectComponents();
@@ -135,6 +136,8 @@ class Panel {
         const { viewer, plot } = this;
         this.eventList = byId("event-list");
         this.eventList.parentElement.hidden = plot.marks.length === 0;
+        const { length } = plot.marks;
+        setText(byId("event-count"), length < plot.ticks.length ? `(${length} of ${plot.ticks.length.toLocaleString("en")} isovalues)` : `(${length} isovalues)`);
         this.eventList.append(...plot.marks.map((c, i) => new Option(plot.eventText(c), i)));
         on(this.eventList, "change", () => viewer.setIsovalue(plot.marks[this.eventList.value]));
     }
@@ -309,6 +312,18 @@ class Panel {
             setText(byId("components-value"), text);
         }
     }
+}
+
+/** Shows at the edges of an element whether there is more of it, for scroll bars may be hidden. */
+function showScrolling(target) {
+    const show = () => {
+        const { scrollTop, clientHeight, scrollHeight } = target;
+        target.classList.toggle("above", scrollTop > 1);
+        target.classList.toggle("below", scrollTop + clientHeight < scrollHeight - 1);
+    };
+    on(target, "scroll", show);
+    const observer = new ResizeObserver(show);
+    for (const each of [target, ...target.children]) observer.observe(each);
 }
 
 /** Opens and closes the groups of controls as the reader left them. */

@@ -55,6 +55,51 @@ describe("access", () => {
         await close();
     });
 
+    test("what scrolls inside the page shows it at its edges, at every size, light and dark", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" }, "slice.html");
+        /** Elements that have more than they show, but for lists, with the marks at their edges. */
+        const scrolling = () => page.evaluate(() => [...document.querySelectorAll("body *")]
+            .filter((e) => /auto|scroll/.test(getComputedStyle(e).overflowY) && e.scrollHeight > e.clientHeight + 1 && e.clientHeight > 0)
+            .map((e) => [e.id, ...["::before", "::after"].map((edge) => getComputedStyle(e, edge).content)]));
+        const scrollTo = async (id, top) => {
+            await page.locator(id).evaluate((e, to) => { e.scrollTop = to; }, top);
+            await settled(page);
+        };
+        const seen = new Set();
+        for (const colorScheme of ["light", "dark"]) {
+            await page.emulateMedia({ colorScheme });
+            for (const [width, height] of [[1440, 900], [1366, 657], [1024, 768], [390, 844], [844, 390]]) {
+                await page.setViewportSize({ width, height });
+                await settled(page);
+                await page.keyboard.press("h");
+                await settled(page);
+                assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), `${width}: the page is too wide`);
+                for (const [id] of await scrolling()) {
+                    seen.add(id);
+                    // A list of a fixed height shows half of a row, and how many there are.
+                    if (id === "event-list") continue;
+                    for (const [top, edges] of [[0, ["none", '"▾"']], [40, ['"▴"', '"▾"']], [1e5, ['"▴"', "none"]]]) {
+                        await scrollTo(`#${id}`, top);
+                        assert.deepEqual((await scrolling()).find(([each]) => each === id).slice(1), edges, `${id} at ${top} of ${width}x${height}`);
+                    }
+                    await scrollTo(`#${id}`, 0);
+                }
+                await page.keyboard.press("h");
+            }
+        }
+        assert.deepEqual([...seen].filter((id) => id !== "event-list").sort(), ["help", "side"]);
+        assert.match(await page.locator("#event-count").textContent(), /^\(\d+ isovalues\)$/);
+        // The marks take no room: what is below the last group stays where it is.
+        await page.setViewportSize({ width: 1366, height: 657 });
+        await settled(page);
+        const height = () => page.locator("#side").evaluate((e) => e.scrollHeight);
+        const before = await height();
+        await scrollTo("#side", 1e5);
+        assert.equal(await height(), before);
+        await close();
+    });
+
     test("the borders of controls have contrast, light and dark", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
