@@ -120,6 +120,7 @@ class Panel {
         const shown = marks.length > 0 ? marks : suggested;
         list.hidden = shown.length === 0;
         list.append(marks.length > 0 ? "Isovalues" : "Suggested");
+        if (marks.length === 0) list.title = "Isovalues that a share of the samples exceeds; the middle of the longest range without events";
         for (const [isovalue, name] of shown) {
             const button = element("button");
             button.type = "button";

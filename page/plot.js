@@ -97,7 +97,7 @@ class Plot {
         if (!kinds) return null;
         const named = this.named.filter((event) => event.isovalue === isovalue).sort((a, b) => b.persistence - a.persistence);
         const place = named[0] ? ` at ${this.viewer.placeText(named[0].place)}` : "";
-        const more = kinds.length > 1 ? `, ${shownNumber(kinds.length - 1)} more` : "";
+        const more = kinds.length > 1 ? `; ${shownNumber(kinds.length - 1)} more` : "";
         return `${shortIsovalue(isovalue)}: ${this.viewer.words[named[0]?.kind ?? kinds[0]]}${place}${more}`;
     }
 

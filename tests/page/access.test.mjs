@@ -100,6 +100,28 @@ describe("access", () => {
         await close();
     });
 
+    test("where controls are below the picture it stays in sight, and dialogs fit the screen", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" }, "slice.html");
+        for (const [width, height] of [[1024, 768], [390, 844]]) {
+            await page.setViewportSize({ width, height });
+            await settled(page);
+            await page.locator("#transparent").scrollIntoViewIfNeeded();
+            await page.evaluate(() => window.scrollTo(0, document.body.scrollHeight));
+            await settled(page);
+            assert.ok(await page.evaluate(() => window.scrollY) > 100, `${width}: nothing to scroll`);
+            const box = await page.locator("#canvas").boundingBox();
+            assert.ok(box.y >= 0 && box.y + box.height < 0.6 * height, `${width}: the picture is at ${box.y}`);
+            const last = await page.locator("#transparent").boundingBox();
+            assert.ok(last.y > box.y + box.height && last.y < height, "controls are below it");
+            await page.evaluate(() => document.getElementById("copied").showModal());
+            const [dialog, field] = await Promise.all(["#copied", "#copied-text"].map((id) => page.locator(id).boundingBox()));
+            assert.ok(dialog.x >= 0 && dialog.x + dialog.width <= width && field.x + field.width < dialog.x + dialog.width, `${width}: ${JSON.stringify([dialog, field])}`);
+            await page.evaluate(() => document.getElementById("copied").close());
+        }
+        await close();
+    });
+
     test("the borders of controls have contrast, light and dark", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });

@@ -432,7 +432,7 @@ describe("inputs", () => {
         }, at(0.9));
         assert.ok(moving.every((text) => /^[\d.,-]+$/.test(text)), `${moving}`);
         assert.deepEqual(moving.slice(2, 4), ["1", "0"], "components and Euler characteristic of a torus");
-        const words = /^[-\d.]+: (a|two) (cavity|part|handle|surfaces?) \w+ at [-\d.]+, [-\d.]+, [-\d.]+(, \d+ more)?$/;
+        const words = /^[-\d.]+: (a|two) (cavity|part|handle|surfaces?) \w+ at [-\d.]+, [-\d.]+, [-\d.]+(; \d+ more)?$/;
         const list = await page.locator("#event-list option").allTextContents();
         assert.equal(list.length, new Set(expected.events).size);
         for (const text of list) assert.match(text, words);
