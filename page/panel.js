@@ -139,7 +139,7 @@ class Panel {
         this.eventList.parentElement.hidden = plot.marks.length === 0;
         const { length } = plot.marks;
         setText(byId("event-count"), length < plot.ticks.length ? `(${length} of ${plot.ticks.length.toLocaleString("en")} isovalues)` : `(${length} isovalues)`);
-        this.eventList.append(...plot.marks.map((c, i) => new Option(plot.eventText(c), i)));
+        this.eventList.append(...plot.marks.map((c, i) => Object.assign(new Option(plot.eventText(c), i), { title: plot.eventText(c) })));
         on(this.eventList, "change", () => viewer.setIsovalue(plot.marks[this.eventList.value]));
     }
 

@@ -52,7 +52,7 @@ class Slice {
         this.canvas = byId("slice-image");
         this.place = byId("slice-place");
         const { dims, placement } = viewer.spectrum.info.volume;
-        Object.assign(this, { dims, cell: cellSizeOf(placement), first: { axis: 2, index: Math.round((dims[2] - 1) / 2) } });
+        Object.assign(this, { dims, spacing: placement.spacing, cell: cellSizeOf(placement), first: { axis: 2, index: Math.round((dims[2] - 1) / 2) } });
         // The address has a slice.
         if (viewer.slice) this.group.open = true;
         on(this.group, "toggle", () => viewer.request());
@@ -160,7 +160,7 @@ class Slice {
         this.viewer.request();
     }
 
-    /** The codes of the slice, in rows from below. */
+    /** The codes of the slice, in rows from below, and its size in the world. */
     codes() {
         const [u, v] = this.axes();
         const [n, m] = [this.dims[u], this.dims[v]];
@@ -168,7 +168,7 @@ class Slice {
         const start = steps[this.viewer.slice.axis] * this.viewer.slice.index;
         const codes = new Uint8Array(n * m);
         for (let i = 0; i < codes.length; i++) codes[i] = this.samples[start + steps[u] * (i % n) + steps[v] * Math.floor(i / n)];
-        return { codes, n, m, size: [(n - 1) * this.cell[u], (m - 1) * this.cell[v]] };
+        return { codes, n, m, size: [(n - 1) * this.spacing[u], (m - 1) * this.spacing[v]] };
     }
 
     draw(lines) {

@@ -138,6 +138,7 @@ fn folder_with_pages() -> Folder {
             (components_of_noise(&folder), write_linked(&folder))
         });
         write_torus(&folder);
+        write_tall(&folder);
         write_meshes(&folder, &isovalues);
         write_native_pictures(&folder, &spectrum, &isovalues);
         write_colors(&folder, isovalues[1]);
@@ -188,6 +189,16 @@ fn write_torus(folder: &Folder) {
     let slice = ["html", "s.isp", "-o", "slice.html", "--slice"];
     folder.run(&[&slice[..], &["--volume", "torus_24x24x24_float32.raw"]].concat());
     folder.run(&["convert", "s.isp", "s.thesis"]);
+}
+
+/// The page of a volume whose samples are three times as far apart along z, with slices.
+fn write_tall(folder: &Folder) {
+    let header =
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nspacings: 1 1 3\nencoding: raw\n\n";
+    let samples: Vec<u8> = (0..512).map(|i| (i % 8 + 20 * (i / 64)) as u8).collect();
+    folder.write("tall.nrrd", &[header.as_bytes(), &samples].concat());
+    folder.run(&["compute", "-q", "tall.nrrd", "-o", "tall.isp", "--backend", "cpu"]);
+    folder.run(&["html", "tall.isp", "-o", "tall.html", "--volume", "tall.nrrd", "--slice"]);
 }
 
 /// Meshes of the torus as the program extracts them.

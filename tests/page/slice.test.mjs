@@ -113,6 +113,17 @@ for (const renderer of ["webgl2", "webgpu"]) {
     });
 }
 
+test("a slice has the shape of the volume in the world, with spacings that differ by more than the voxel frame has", async () => {
+    const { page: tab, close } = await watched(browser);
+    await open(tab, { renderer: "webgl2", slice: "x,3" }, "tall.html");
+    await tab.waitForFunction(() => document.getElementById("slice-text").textContent === "3");
+    await settled(tab);
+    const { width, height } = await colorsOfSlice(tab);
+    // 8 by 8 by 8 samples, 3 times as far apart along z.
+    assert.ok(Math.abs(height / width - 3) < 0.03, `${width}x${height}`);
+    await close();
+});
+
 test("a click shows the isosurface through a sample; the slice cuts the surface and follows the pointer", async () => {
     const { page: tab, close } = await watched(browser, { viewport: { width: 1200, height: 800 } });
     await open(tab, { renderer: "webgl2", slice: "z,5", view: "35,22,1" }, "slice.html");
