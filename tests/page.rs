@@ -184,6 +184,7 @@ fn a_linked_page_has_the_places_of_the_tables_and_the_origin_of_the_link() {
     let text = linked("s.isp");
     assert!(text.contains("worker-src blob:; connect-src 'self'; style-src"));
     assert!(element(&text, "<script type=\"text/plain\" id=\"data\">").is_empty());
+    assert!(element(&text, "<script>\n(").len() < MAX_SCRIPT);
     let about = element(&text, "<script type=\"application/json\" id=\"about\">");
     let about: serde_json::Value = serde_json::from_str(about).expect("JSON");
     let link = &about["link"];
