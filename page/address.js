@@ -1,5 +1,5 @@
 // The state of the page in its address, after the hash:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&style=paper&orthographic=1&occlusion=1&light=left&background=dark&front=c8503c&keep=3&min_volume=10&without=x,y,z;x,y,z&color=quality&map=magma&scale=0:1
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&style=paper&orthographic=1&occlusion=1&light=left&background=dark&front=c8503c&keep=3&min_volume=10&without=x,y,z;x,y,z&color=quality&map=magma&scale=0:1&slice=z,20
 // keep: the number of components; min_volume: cubic voxels; only, without: points on picked components, voxel frame.
 
 /** The parameters in the address. */
@@ -43,6 +43,12 @@ function applyAddress(viewer) {
     }
     if (params.has("also")) viewer.setExtras(parseExtras(get("also"), viewer));
     if (params.has("scale")) viewer.setColoring(parseEnds(get("scale")) ?? {});
+    const slice = /^([xyz]),(\d+)$/.exec(get("slice") ?? "");
+    if (slice && viewer.about.slice) {
+        const axis = "xyz".indexOf(slice[1]);
+        viewer.slice = { axis, index: Math.min(Number(slice[2]), viewer.spectrum.info.volume.dims[axis] - 1) };
+        viewer.request();
+    }
     const numbers = (get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
@@ -68,6 +74,8 @@ function parseExtras(text, { low, high }) {
 
 /** Writes the state into the address; values equal to those of the author are left out. */
 function writeAddress(viewer) {
+    // The address of the page does not lead to a file of the reader.
+    if (viewer.about.name) return;
     const { azimuth, elevation, distance, target } = viewer.view;
     const rounded = [azimuth, elevation, distance, ...target].map((x) => Number(x.toPrecision(6)));
     const view = (target.some((x) => x !== 0) ? rounded : rounded.slice(0, 3)).join(",");
@@ -76,7 +84,7 @@ function writeAddress(viewer) {
     params.set("view", view);
     const { largest, minVolume } = viewer.selection;
     const { color, map, low, high, front } = viewer.coloring;
-    const { about, look } = viewer;
+    const { about, look, slice } = viewer;
     const { clip } = look;
     // Values of the author or of a style are not written.
     const base = { ...about, ...about.look, ...about.styles[viewer.style] };
@@ -88,6 +96,7 @@ function writeAddress(viewer) {
         ...["only", "without"].map((name, i) => [name, viewer.selection.isHiding === Boolean(i) && viewer.selection.pickedPoints() || null]),
         ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
             [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (base.also.length > 0 ? "" : null)],
+        ["slice", slice && slice !== viewer.panel?.slice.first ? `${"xyz"[slice.axis]},${slice.index}` : null],
         ["color", color === about.color.color ? null : color],
         ["scale", textOfEnds(low, high)]];
     for (const [name, value] of values) {
@@ -95,8 +104,12 @@ function writeAddress(viewer) {
         else params.set(name, value);
     }
     viewer.address = `#${params.toString().replaceAll("%2C", ",").replaceAll("%3B", ";")}`;
+    setAddress(viewer.address);
+}
+
+function setAddress(address) {
     try {
-        history.replaceState(null, "", viewer.address);
+        history.replaceState(null, "", address);
     } catch {
         // A frame without its own address.
     }

@@ -84,19 +84,20 @@ function notchesOf({ deltaMode, deltaX, deltaY }) {
 
 /** Listens to keys anywhere in the page, except where text is typed. */
 function listenToKeys(viewer) {
-    const onCanvas = {
+    const turning = {
         ArrowRight: () => viewer.rotate(KEY_DEGREES, 0),
         ArrowLeft: () => viewer.rotate(-KEY_DEGREES, 0),
         ArrowUp: () => viewer.rotate(0, KEY_DEGREES),
         ArrowDown: () => viewer.rotate(0, -KEY_DEGREES),
     };
-    const onCanvasWithShift = {
+    const moving = {
         ArrowRight: () => viewer.move(KEY_PIXELS, 0),
         ArrowLeft: () => viewer.move(-KEY_PIXELS, 0),
         ArrowUp: () => viewer.move(0, -KEY_PIXELS),
         ArrowDown: () => viewer.move(0, KEY_PIXELS),
     };
     const step = (direction) => (isFine) => viewer.stepIsovalue(direction * (isFine ? FINE_STEP : STEP));
+    const stepping = { ArrowRight: step(1), ArrowUp: step(1), ArrowLeft: step(-1), ArrowDown: step(-1) };
     const pointed = () => viewer.pointed ?? [0, 0];
     const keys = {
         "+": () => viewer.zoom(1 / KEY_ZOOM),
@@ -119,10 +120,6 @@ function listenToKeys(viewer) {
         ",": step(-1),
         z: () => viewer.fit(false),
         v: () => viewer.fit(true),
-        ArrowRight: step(1),
-        ArrowUp: step(1),
-        ArrowLeft: step(-1),
-        ArrowDown: step(-1),
         PageUp: () => viewer.stepIsovalue(10 * STEP),
         PageDown: () => viewer.stepIsovalue(-10 * STEP),
         Home: () => viewer.setIsovalue(viewer.low),
@@ -132,7 +129,9 @@ function listenToKeys(viewer) {
         s: () => viewer.saves.picture(),
         w: () => viewer.setLook({ wireframe: !viewer.look.wireframe }),
         b: () => viewer.setLook({ open: !viewer.look.open }),
+        m: () => viewer.panel.setClickAction(viewer.panel.clickAction === "measure" ? null : "measure"),
         h: () => toggleHelp(),
+        "?": () => toggleHelp(),
     };
     for (const key of "}>") keys[key] = () => step(1)(true);
     for (const key of "{<") keys[key] = () => step(-1)(true);
@@ -141,13 +140,17 @@ function listenToKeys(viewer) {
         const { target, key } = event;
         if (event.ctrlKey || event.metaKey || event.altKey) return;
         if (target.matches("input[type=text], select")) return;
-        if (target.matches("button, a, input[type=checkbox]") && (key === " " || key === "Enter")) return;
+        if (target.matches("button, a, summary, input[type=checkbox], input[type=color]") && (key === " " || key === "Enter")) return;
+        // Keys of other sliders.
+        if (target.matches("input[type=range]:not(#slider)") && /^(Arrow|Page|Home|End)/.test(key)) return;
         if (byId("copied").open) return;
         if (byId("help").open && key !== "h") return;
-        const onTarget = target.matches("canvas") ? (event.shiftKey ? onCanvasWithShift : onCanvas) : {};
-        const action = onTarget[key] ?? keys[key.length === 1 ? key.toLowerCase() : key];
+        const arrows = target.matches("#slider") ? stepping : event.shiftKey ? moving : turning;
+        const action = arrows[key] ?? keys[key.length === 1 ? key.toLowerCase() : key];
         if (!action) return;
         event.preventDefault();
+        // Switches do not flicker while a key is held down.
+        if (event.repeat && /^[ ?\da-moq-z]$/i.test(key)) return;
         action(event.shiftKey);
     });
 }

@@ -1,141 +1,17 @@
-// Starts a page whose isovalues are in a spectrum file on a server. What an isovalue needs of the file is fetched when it is wanted; until it
-// is there, the nearest loaded isovalue is shown. The twin of src/page/link.rs.
+// Starts a page whose isovalues are in a spectrum file on a server.
 
-/** Milliseconds between looks whether an isovalue of a film is loaded. */
-const PAUSE = 20;
-
-/** Pictures of films wait until their isovalues are loaded. */
-class LinkedSaves extends Saves {
-    async pixels(size, isTransparent) {
-        await this.viewer.untilLoaded();
-        return super.pixels(size, isTransparent);
-    }
-}
-
-/** A viewer that loads isovalues when they are wanted. */
-class LinkedViewer extends Viewer {
-    constructor(spectrum, about, file, intervals) {
-        super(spectrum, about);
-        Object.assign(this, { file, intervals, saves: new LinkedSaves(this) });
-    }
-
-    setIsovalue(isovalue) {
-        // Chunks of further isosurfaces are loaded, too.
-        const c = clamped(isovalue, [this.low, this.high]);
-        const interval = this.intervals.find(([low, high]) => low <= c && c <= high);
-        if (interval) this.loaded = this.inRange(interval);
-        super.setIsovalue(isovalue);
-        this.isWhole = this.isovalue === this.wanted;
-    }
-
-    /** The whole range: a sweep continues with the isovalues that are loaded next. */
-    sweepRange() {
-        return [this.low, this.high];
-    }
-
-    /** The part of an interval that is in the range. */
-    inRange(interval) {
-        return interval.map((c) => clamped(c, [this.low, this.high]));
-    }
-
-    /** Whether the mesh at an isovalue is loaded. */
-    isLoaded(isovalue) {
-        return this.intervals.some(([low, high]) => low <= isovalue && isovalue <= high);
-    }
-
-    shownExtras() {
-        return this.extras.filter(({ isovalue }) => this.isLoaded(isovalue));
-    }
-
-    async setSpectrum(spectrum, loaded) {
-        // Positions in a file have finer units than those that the page contains.
-        this.about.step = spectrum.step;
-        await super.setSpectrum(spectrum, this.inRange(loaded));
-    }
-
-    update() {
-        const wanted = [this.wanted, ...this.extras.map(({ isovalue }) => isovalue)];
-        // What failed is tried again after something else was shown.
-        if (wanted.every((c) => this.isLoaded(c))) this.failed = null;
-        else if (this.all) this.load([...new Set(wanted.map((c) => this.all.findIndex(([, high]) => c <= high)))]);
-        else this.readIntervals();
-        super.update();
-    }
-
-    /** Reads the intervals of isovalues that need the same chunks. */
-    async readIntervals() {
-        if (this.loading || this.failed === this.wanted) return;
-        this.loading = "intervals";
-        try {
-            this.all = await this.file.call("intervals");
-        } catch (error) {
-            this.failed = this.wanted;
-            this.report(error);
-        }
-        this.loading = null;
-        this.request();
-    }
-
-    /** Loads some intervals; the first one is shown. */
-    async load(numbers) {
-        const key = numbers.join();
-        if (key === this.loading || key === this.failed) return;
-        this.loading = key;
-        try {
-            const spectrum = await this.file.call("spectrumOf", numbers);
-            // The reader may have moved on.
-            if (!spectrum || key !== this.loading) return;
-            this.intervals = numbers.map((i) => this.all[i]);
-            await this.setSpectrum(spectrum, this.intervals[0]);
-        } catch (error) {
-            if (key !== this.loading) return;
-            this.failed = key;
-            this.report(error);
-        }
-        if (key === this.loading) this.loading = null;
-        this.request();
-    }
-
-    /** Waits until the isovalue that was just set, of a film, is loaded. */
-    async untilLoaded() {
-        if (this.isLoaded(this.isovalue)) return;
-        this.setIsovalue(this.isovalue);
-        while (!this.isWhole) {
-            if (this.failed) throw new Error("some isovalues cannot be loaded");
-            await new Promise((resolve) => setTimeout(resolve, PAUSE));
-        }
-    }
-
-    /** Says why isovalues are not loaded. */
-    report(error) {
-        console.info(error.message);
-        const element = byId("loading");
-        element.textContent = `Other isovalues cannot be loaded: ${error.message}.`;
-        element.hidden = false;
-    }
-}
-
-async function start(script) {
-    const about = JSON.parse(byId("about").textContent);
-    performance.mark("start");
+async function start() {
+    const about = readAbout();
     const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
-    const file = new RemoteFile(about.link, script);
+    const { link } = about;
+    const file = new FileWorker({ ...link, name: link.url, address: String(new URL(link.url, document.baseURI)) });
     const reading = file.call("intervals");
     // Reported below.
     reading.catch(() => {});
     const first = takeText("first");
-    let [spectrum, intervals] = [null, [about.first]];
-    if (first) spectrum = await unpacked(first, about);
-    else {
-        const all = await reading;
-        const number = all.findIndex(([, high]) => about.isovalue <= high);
-        spectrum = await file.call("spectrumOf", [number]);
-        about.step = spectrum.step;
-        intervals = [all[number]];
-    }
-    const viewer = new LinkedViewer(spectrum, about, file, intervals);
+    const viewer = first ? new LoadingViewer(await unpacked(first, about), about, file, [about.first]) : await viewerOfFile(file, about);
     applyAddress(viewer);
-    viewer.setLoaded(viewer.inRange(intervals[0]), true);
+    viewer.setLoaded(viewer.inRange(viewer.intervals[0]), true);
     const renderer = await openedRenderer(opening);
     if (!renderer) return;
     await showFirstPicture(viewer, renderer);
@@ -148,5 +24,4 @@ async function start(script) {
     markReady(viewer);
 }
 
-if (typeof document === "undefined") runLinkedWorker();
-else run(start);
+run(start, (source) => (source.file ? new LocalFile(source) : new LinkedFile(source)));

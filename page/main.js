@@ -76,13 +76,21 @@ function markReady(viewer) {
     listenToMessages(viewer);
 }
 
-/** Runs the script: starts the page, or answers as a worker. */
-function run(start) {
+/** What the program has written about the page. */
+function readAbout() {
+    performance.mark("start");
+    return JSON.parse(byId("about").textContent);
+}
+
+/** Runs the script: starts the page, or answers as a worker. `openFile` opens a file from its source. */
+function run(start, openFile) {
+    own.openFile = openFile;
     if (typeof document === "undefined") {
         runWorker();
         return;
     }
-    start(document.currentScript.textContent).catch((error) => {
+    Object.assign(own, { script: document.currentScript.textContent, main: document.querySelector("main").cloneNode(true) });
+    start().catch((error) => {
         console.error(error);
         showStill(`This page cannot be shown: ${error.message}.`);
     });
@@ -101,6 +109,8 @@ async function showFirstPicture(viewer, renderer) {
     viewer.cube = new Cube(byId("cube"), viewer);
     viewer.legend = new Legend(byId("legend"));
     listenToKeys(viewer);
+    listenToFiles(viewer);
+    on(viewer.prefersDark, "change", () => viewer.request());
     on(window, "beforeprint", () => byId("print-picture").replaceChildren(drawPrint(viewer)));
     on(window, "hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);

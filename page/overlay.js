@@ -1,4 +1,4 @@
-// The overlay of the picture: the box of the volume, the directions of the world's axes, a scale bar, and the line of a measured
+// The overlay of the picture: the box of the volume, the outline of the slice, the directions of the world's axes, a scale bar, and the line of a measured
 // distance. It is SVG, drawn with the matrices of the picture.
 
 /** The length of the axes, CSS pixels. */
@@ -17,7 +17,8 @@ class Overlay {
     draw(viewer, projection, size = [viewer.canvas.clientWidth, viewer.canvas.clientHeight]) {
         const { look, measuredPoints, spectrum } = viewer;
         const events = viewer.events();
-        const isEmpty = !look.axes && measuredPoints.length === 0 && events.length === 0;
+        const slice = viewer.panel?.slice.isShown && viewer.slice;
+        const isEmpty = !look.axes && measuredPoints.length === 0 && events.length === 0 && !slice;
         this.svg.toggleAttribute("hidden", isEmpty);
         if (isEmpty) {
             this.svg.replaceChildren();
@@ -29,6 +30,10 @@ class Overlay {
         const parts = look.axes ? [
             ...boxLines(volume, toScreen), ...axisLines(projection.axes, size), ...scaleBar(volume, projection, size),
         ] : [];
+        if (slice) {
+            const corners = viewer.panel.slice.corners().map(toScreen);
+            if (corners.every(({ depth }) => depth >= 0)) parts.push(svgElement("path", { class: "slice", d: `M${corners.map(({ x, y }) => `${x},${y}`).join("L")}Z` }));
+        }
         if (measuredPoints.length > 0) {
             const [a, b = a] = measuredPoints.map(toScreen);
             parts.push(svgElement("path", { class: "measured", d: `M${a.x},${a.y}L${b.x},${b.y}` }));
@@ -38,7 +43,7 @@ class Overlay {
         for (const { kind, place } of events) {
             const { x, y } = toScreen(place);
             parts.push(svgElement("circle", { class: "event", cx: x, cy: y, r: 9 }), svgElement("circle", { class: "measured", cx: x, cy: y, r: 1.5 }));
-            if (events.length === 1) parts.push(textAt(viewer.about.curves.words[kind], x, y - 18, "measured"));
+            if (events.length === 1) parts.push(textAt(viewer.words[kind], x, y - 18, "measured"));
         }
         this.svg.replaceChildren(...parts);
     }

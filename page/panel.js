@@ -50,10 +50,12 @@ class Panel {
         on("plot", "pointerleave", () => this.showText(this.plot.showGuide(null)));
         this.listEvents();
         rememberGroups();
+        for (const id of ["side", "help"]) showScrolling(byId(id));
         this.border = byId("border");
         on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
         this.connectComponents();
         this.lookPanel = new LookPanel(viewer, this);
+        this.slice = new Slice(viewer);
         for (const id of ["slider", "plot"]) {
             on(id, "wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
@@ -67,6 +69,7 @@ class Panel {
         for (const button of document.querySelectorAll("[data-format]")) {
             on(button, "click", () => viewer.saves.mesh(button.dataset.format));
         }
+        byId("copy-link").parentElement.hidden = Boolean(about.name);
         on("copy-link", "click", () => this.copy(linkTo(viewer)));
         on("copy-embed", "click", async () => {
             await this.copy(embedOf(viewer));
@@ -117,6 +120,7 @@ class Panel {
         const shown = marks.length > 0 ? marks : suggested;
         list.hidden = shown.length === 0;
         list.append(marks.length > 0 ? "Isovalues" : "Suggested");
+        if (marks.length === 0) list.title = "Isovalues that a share of the samples exceeds; the middle of the longest range without events";
         for (const [isovalue, name] of shown) {
             const button = element("button");
             button.type = "button";
@@ -133,7 +137,9 @@ class Panel {
         const { viewer, plot } = this;
         this.eventList = byId("event-list");
         this.eventList.parentElement.hidden = plot.marks.length === 0;
-        this.eventList.append(...plot.marks.map((c, i) => new Option(plot.eventText(c), i)));
+        const { length } = plot.marks;
+        setText(byId("event-count"), length < plot.ticks.length ? `(${length} of ${plot.ticks.length.toLocaleString("en")} isovalues)` : `(${length} isovalues)`);
+        this.eventList.append(...plot.marks.map((c, i) => Object.assign(new Option(plot.eventText(c), i), { title: plot.eventText(c) })));
         on(this.eventList, "change", () => viewer.setIsovalue(plot.marks[this.eventList.value]));
     }
 
@@ -236,6 +242,7 @@ class Panel {
         this.border.checked = !look.open;
         this.showSelection();
         this.lookPanel.show();
+        this.slice.show();
         setText(this.playButton, playing ? "Pause" : "Play");
         if (this.playButton.ariaPressed !== String(playing)) {
             this.playButton.ariaPressed = playing;
@@ -306,6 +313,18 @@ class Panel {
             setText(byId("components-value"), text);
         }
     }
+}
+
+/** Shows at the edges of an element whether there is more of it, for scroll bars may be hidden. */
+function showScrolling(target) {
+    const show = () => {
+        const { scrollTop, clientHeight, scrollHeight } = target;
+        target.classList.toggle("above", scrollTop > 1);
+        target.classList.toggle("below", scrollTop + clientHeight < scrollHeight - 1);
+    };
+    on(target, "scroll", show);
+    const observer = new ResizeObserver(show);
+    for (const each of [target, ...target.children]) observer.observe(each);
 }
 
 /** Opens and closes the groups of controls as the reader left them. */

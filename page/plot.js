@@ -40,8 +40,7 @@ class Plot {
         this.findMarks();
         this.draw("baseline", this.names.map((_, i) => `M0,${(i + 1) * STRIP - SPACE}H${WIDTH}`).join(""));
         if (histogram) this.drawHistogram(histogram);
-        this.scales = CURVES.map((name) => this.drawCurve(name, curves[name], CHANGES[name]));
-        this.showScales(histogram);
+        if (curves.area) this.drawCurves();
         this.drawTicks();
         this.showAxis();
         // Outside the svg, so that it moves without drawing the curves again.
@@ -56,6 +55,13 @@ class Plot {
         on(svg, "pointermove", (event) => {
             if (svg.hasPointerCapture(event.pointerId)) choose(event);
         });
+    }
+
+    /** Draws the curves; those of a file of the reader are known later. */
+    drawCurves() {
+        const { curves } = this;
+        this.scales = CURVES.map((name) => this.drawCurve(name, curves[name], CHANGES[name]));
+        this.showScales();
     }
 
     draw(name, d) {
@@ -91,8 +97,8 @@ class Plot {
         if (!kinds) return null;
         const named = this.named.filter((event) => event.isovalue === isovalue).sort((a, b) => b.persistence - a.persistence);
         const place = named[0] ? ` at ${this.viewer.placeText(named[0].place)}` : "";
-        const more = kinds.length > 1 ? `, ${shownNumber(kinds.length - 1)} more` : "";
-        return `${shortIsovalue(isovalue)}: ${this.curves.words[named[0]?.kind ?? kinds[0]]}${place}${more}`;
+        const more = kinds.length > 1 ? `; ${shownNumber(kinds.length - 1)} more` : "";
+        return `${shortIsovalue(isovalue)}: ${this.viewer.words[named[0]?.kind ?? kinds[0]]}${place}${more}`;
     }
 
     /** Shows the isovalue and the values of the curves at the pointer; hides them without an event. */
@@ -105,14 +111,15 @@ class Plot {
         this.guide.style.left = `${100 * t}%`;
         this.guide.className = t > 0.8 ? "left" : "";
         this.names.forEach((name, i) => {
-            setText(this.guide.children[i], name === "histogram" ? this.shown(isovalue) : shownNumber(measures[name]));
+            setText(this.guide.children[i], name === "histogram" ? this.shown(isovalue) : measures && shownNumber(measures[name]));
         });
         return this.eventText(isovalue) ?? `isovalue ${this.shown(isovalue)}`;
     }
 
-    /** The measures at an isovalue: area and volume between those of the curves, counts by the events. */
+    /** The measures at an isovalue: area and volume between those of the curves, counts by the events; null without curves. */
     measuresAt(isovalue) {
         const { curves } = this;
+        if (!curves.area) return null;
         const last = curves.area.length - 1;
         const at = clamped((this.x(isovalue) / WIDTH) * last, [0, last]);
         const [i, j] = [Math.floor(at), Math.ceil(at)];
@@ -185,8 +192,8 @@ class Plot {
     }
 
     /** Shows the ends of the scales next to the strips. */
-    showScales(hasHistogram) {
-        const rows = hasHistogram ? [[], ...this.scales] : this.scales;
+    showScales() {
+        const rows = this.names.length > CURVES.length ? [[], ...this.scales] : this.scales;
         byId("scales").append(...rows.map((ends) => {
             const row = element("div");
             for (const end of new Set(ends)) row.append(element("span", { textContent: shownNumber(Number(end.toPrecision(3))) }));

@@ -16,7 +16,9 @@ class Saves {
         const { volume } = viewer.spectrum.info;
         const mesh = { ...viewer.worldMesh(viewer.look.open, true), comments: worldComments(volume), placement: volume.placement };
         const blob = new Blob([encode(mesh)], { type });
-        save(blob, fileName(document.title, viewer.shownIsovalue(), format));
+        const name = fileName(document.title, viewer.shownIsovalue(), format);
+        save(blob, name);
+        setText(viewer.panel.message, `Saved ${name}`);
     }
 
     /** The picture as PNG. */

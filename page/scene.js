@@ -26,6 +26,7 @@ class Scene {
         // The isovalues that can be shown; not all until the whole spectrum is loaded.
         this.loaded = spectrum.info.range;
         this.isovalue = this.wanted = clamped(about.isovalue, this.loaded);
+        this.words = about.words[spectrum.info.volume.outside];
         this.query = new Query(spectrum, about.step);
         this.selection = new Selection(about.keep);
         this.saves = new Saves(this);
@@ -50,7 +51,6 @@ class Scene {
         this.playing = false;
         this.prefersDark = window.matchMedia("(prefers-color-scheme: dark)");
         this.prefersReducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)");
-        on(this.prefersDark, "change", () => this.request());
         // The number of pictures drawn, part of the public state.
         this.nPictures = 0;
     }

@@ -3,15 +3,14 @@
 /** With at most this many processors, decoding at the same time would delay the first picture. */
 const FEW_PROCESSORS = 2;
 
-async function start(script) {
-    const about = JSON.parse(byId("about").textContent);
-    performance.mark("start");
+async function start() {
+    const about = readAbout();
     // The device is opened while the rest of the page is still loading.
     const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
     const first = takeText("first");
     let unpacking;
     const unpack = () => {
-        unpacking ??= documentLoaded().then(() => unpackedInWorker(takeText("data"), about, script));
+        unpacking ??= documentLoaded().then(() => unpackedInWorker(takeText("data"), about));
         // Errors are reported below, where the promise is awaited.
         unpacking.catch(() => {});
         return unpacking;
@@ -38,4 +37,4 @@ async function start(script) {
     markReady(viewer);
 }
 
-run(start);
+run(start, (source) => new LocalFile(source));

@@ -101,6 +101,7 @@ class Viewer extends Scene {
         this.placeTimer = setTimeout(() => {
             const found = this.pointed && this.surfacePointAt(this.pointed);
             if (!found) return;
+            this.panel.slice.follow(found);
             this.panel.showText(`x, y, z: ${this.placeText(found)}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
         }, REST);
     }

@@ -1,7 +1,7 @@
 //! Writes a spectrum as a web page that needs no server and no network, or as one that is linked to a spectrum file on a server.
 //!
 //! The page contains the spectrum, the shaders, plain scripts (`page/*.js`) and styles; its content security policy forbids all
-//! requests, but those to the origin of a linked file. It does not contain the volume. It draws with the WGSL of [`crate::render`] on WebGPU, with a GLSL twin of it on
+//! requests, but those to the origin of a linked file. It does not contain the volume, but its rounded samples if slices are wanted ([`Page::slice`]). It draws with the WGSL of [`crate::render`] on WebGPU, with a GLSL twin of it on
 //! WebGL2, and shows a still picture where there is neither.
 //!
 //! The spectrum is stored as the columns of its file, predicted and deflated (`data`), in base64. Positions are rounded more than
@@ -20,10 +20,13 @@ mod field;
 mod first;
 mod knots;
 mod link;
+mod names;
 mod options;
 mod range;
 mod script;
+mod slice;
 mod template;
+mod tokens;
 
 pub use data::DEFAULT_STEP;
 pub use document::{Sizes, html, linked};

@@ -164,6 +164,7 @@ fn bad_requests_are_errors_of_one_line() {
             3,
             "expected [24, 24, 24]",
         ),
+        (&["html", "s.isp", "-o", "p.html", "--slice"], 2, "--volume"),
         (&["html", "none.isp", "-o", "p.html"], 3, "none.isp"),
         (&["html", "s.isp", "-o", "none/p.html"], 3, "none/p.html"),
     ] {
@@ -183,6 +184,7 @@ fn a_linked_page_has_the_places_of_the_tables_and_the_origin_of_the_link() {
     let text = linked("s.isp");
     assert!(text.contains("worker-src blob:; connect-src 'self'; style-src"));
     assert!(element(&text, "<script type=\"text/plain\" id=\"data\">").is_empty());
+    assert!(element(&text, "<script>\n(").len() < MAX_SCRIPT);
     let about = element(&text, "<script type=\"application/json\" id=\"about\">");
     let about: serde_json::Value = serde_json::from_str(about).expect("JSON");
     let link = &about["link"];
@@ -201,7 +203,7 @@ fn a_linked_page_has_the_places_of_the_tables_and_the_origin_of_the_link() {
         text.contains("worker-src blob:; connect-src https://data.example.org:8000; style-src")
     );
     let alone = html(&spectrum(), &page(&spectrum(), "alone")).expect("a page").0;
-    assert!(text.contains("LinkedFile") && !alone.contains("LinkedFile"));
+    assert!(text.contains("fetch(") && !alone.contains("fetch("));
     assert!(!alone.contains("connect-src"));
 }
 

@@ -281,7 +281,7 @@ impl Spectrum {
 
     /// The spectrum as a web page, with a still picture if wanted and there is a GPU adapter. `surfaces` are as in `render`; the first is
     /// that of the slider.
-    #[pyo3(signature = (surfaces, title, caption, credit, marks, range, tolerance, step, appearance, volume, color_by, has_still))]
+    #[pyo3(signature = (surfaces, title, caption, credit, marks, range, tolerance, step, appearance, volume, color_by, has_slice, has_still))]
     #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn html(
         &self,
@@ -297,6 +297,7 @@ impl Spectrum {
         appearance: Appearance,
         volume: Option<&Bound<'_, Volume>>,
         color_by: Option<&Bound<'_, Volume>>,
+        has_slice: bool,
         has_still: bool,
     ) -> PyResult<String> {
         let handle = self.0.clone();
@@ -366,6 +367,7 @@ impl Spectrum {
                     .with_keep(appearance.keep(&spectrum))
                     .with_samples(samples.as_ref())
                     .with_statistics(statistics.as_ref())
+                    .with_slice(volume.as_ref().filter(|_| has_slice))
                     .with_marks(&marks);
             let still = gpu.map(|gpu| still(&gpu, &spectrum, &page, first, &sources));
             let still = still.transpose()?;

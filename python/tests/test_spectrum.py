@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import base64
 import copy
 import importlib
 import json
 import pathlib
 import pickle
+import zlib
 
 import isospectrum
 import numpy as np
@@ -99,9 +101,24 @@ def test_a_page_is_text_or_a_file(spectrum, array, tmp_path):
     assert (tmp_path / "x.html").read_text() == spectrum.html(still=False)
     about = page.split('id="about"', 1)[1].split(">", 1)[1].split("</script>", 1)[0]
     assert sum(json.loads(about)["histogram"]) == ((array >= spectrum.isovalue("5%")) & (array <= 0.9)).sum()
-    for wrong in ({"c": 7}, {"marks": {"x": 7}}, {"step": 0}, {"camera": (1,)}, {"volume": array[1:]}):
+    assert json.loads(about)["slice"] is None
+    for wrong in ({"c": 7}, {"marks": {"x": 7}}, {"step": 0}, {"camera": (1,)}, {"volume": array[1:]}, {"slice": True}):
         with pytest.raises(isospectrum.Error):
             spectrum.html(still=False, **wrong)
+
+
+def test_a_page_with_slices_has_the_samples(spectrum, array):
+    page = spectrum.html(volume=array, slice=True, still=False)
+
+    def element(name):
+        return page.split(f'id="{name}"', 1)[1].split(">", 1)[1].split("</script>", 1)[0]
+
+    differences = np.frombuffer(zlib.decompress(base64.b64decode(element("slice-samples")), -15), np.uint8)
+    codes = np.cumsum(differences, dtype=np.uint8)
+    about = json.loads(element("about"))["slice"]
+    # Both have x fastest.
+    found = about["low"] + about["unit"] * codes.reshape(array.shape)
+    assert np.abs(found - array).max() <= 0.501 * about["unit"]
 
 
 def test_a_picture_is_an_array_that_notebooks_display(spectrum, array, tmp_path):

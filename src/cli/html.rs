@@ -34,12 +34,14 @@ Examples:
   isospectrum html scan.isp -o scan.html
   Offer two named isovalues, with a title and a caption:
     isospectrum html head.isp --mark 1200=bone,-200=skin --title Head --caption 'CT, 1 mm' -o head.html
+  Show slices of the volume beside the surface:
+    isospectrum html scan.isp --volume scan.nrrd --slice -o scan.html
   Publish a large spectrum on a server, from which the page fetches only what is viewed:
     isospectrum html large.isp --link large.isp -o large.html";
 
 /// Write a spectrum as one web page with a slider for the isovalue
 ///
-/// The page is a single file. It needs no server, requests nothing from the network, and does not contain the volume. With --link it fetches the
+/// The page is a single file. It needs no server, requests nothing from the network, and does not contain the volume, unless --slice is given. With --link it fetches the
 /// isovalues that are viewed from a spectrum file on a server.
 #[derive(Args, Debug)]
 #[command(
@@ -64,11 +66,16 @@ pub(super) struct Html {
     /// Publish only these isovalues, e.g. 5%:95%
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     range: Option<IsovalueRange>,
-    /// Volume of the spectrum, for its histogram
+    /// Volume of the spectrum, for its histogram and slices
     ///
-    /// The page contains histogram and percentiles, but no samples.
+    /// The page contains histogram and percentiles, but no samples unless --slice is given.
     #[arg(long, value_name = "VOLUME")]
     volume: Option<PathBuf>,
+    /// Show slices of the volume beside the surface
+    ///
+    /// The page then contains the samples of --volume, rounded to 8 bits and compressed. Isosurfaces are lines in the slices.
+    #[arg(long, requires = "volume", help_heading = heading::PAGE)]
+    slice: bool,
     /// Offer isovalues by name, e.g. 120=bone,40=skin
     ///
     /// Each isovalue has any form that --isovalue takes.
@@ -178,6 +185,7 @@ impl Html {
             .with_keep(self.keep.of(&spectrum))
             .with_samples(samples.as_ref())
             .with_statistics(statistics.as_ref())
+            .with_slice(volume.as_ref().filter(|_| self.slice))
             .with_marks(&marks)
             .with_still(still.as_ref());
         bar.report(0.3, "packing and measuring");
@@ -331,8 +339,12 @@ impl Html {
 fn report_sizes(name: &Path, spectrum: &Spectrum, sizes: Sizes, link: Option<&str>) {
     let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
     let in_file = link.map_or_else(String::new, |url| format!(" in {url}"));
+    let slice = match sizes.slice {
+        0 => String::new(),
+        n => format!("samples {}, ", report::bytes(n as u64)),
+    };
     log::info!(
-        "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {}{in_file} ({:.2} bytes per triangle, {:.2} per knot)",
+        "{}: {}, of which script {}, still picture {}, {slice}first isovalues {}, spectrum {}{in_file} ({:.2} bytes per triangle, {:.2} per knot)",
         name.display(),
         report::bytes(sizes.page as u64),
         report::bytes(sizes.script as u64),

@@ -1,5 +1,5 @@
-//! Leaves out what a browser does not need of a script: comments, and white space that separates nothing. Four words, and
-//! fractions, are written shorter. Names stay as they are, and so do strings, templates and regular expressions.
+//! Writes the tokens of a script without white space that separates nothing. Four words, and fractions, are written shorter. Strings,
+//! templates and regular expressions stay as they are.
 //!
 //! # Invariants
 //!
@@ -7,55 +7,38 @@
 //!
 //! A line break stays where a statement may end without a semicolon: after a word, a closing bracket, a string or a number.
 
-/// The words after which a slash begins a regular expression.
-const BEFORE_EXPRESSION: [&str; 6] = ["return", "typeof", "case", "in", "of", "void"];
+use super::tokens::{Space, Token, is_word};
 
-/// Appends a script without its comments and needless white space.
-pub(super) fn push_compact(text: &str, script: &mut String) {
-    let mut rest = text;
-    let mut space = "";
-    while let Some(first) = rest.chars().next() {
-        let length = match first {
-            c if c.is_whitespace() => {
-                let end = rest.find(|c: char| !c.is_whitespace()).unwrap_or(rest.len());
-                space = if rest[..end].contains('\n') || space == "\n" { "\n" } else { " " };
-                rest = &rest[end..];
-                continue;
-            }
-            '/' if rest.starts_with("//") => {
-                rest = &rest[rest.find('\n').unwrap_or(rest.len())..];
-                continue;
-            }
-            '/' if rest.starts_with("/*") => {
-                rest = rest.split_once("*/").map_or("", |(_, after)| after);
-                continue;
-            }
-            '"' | '\'' => quoted(rest, first),
-            '`' => template(rest),
-            '/' if begins_expression(script) => regular_expression(rest),
-            c if is_word(c) => rest.find(|c| !is_word(c)).unwrap_or(rest.len()),
-            c => c.len_utf8(),
-        };
-        if is_needed(space, script, first) {
-            script.push_str(space);
+/// A script without needless white space.
+pub(super) fn compact(tokens: &[Token]) -> String {
+    let mut script = String::new();
+    for (i, token) in tokens.iter().enumerate() {
+        let first = token.text.chars().next().unwrap_or(' ');
+        if is_needed(token.space, &script, first) {
+            script.push_str(if token.space == Space::Break { "\n" } else { " " });
         }
-        space = "";
         // Neither a comma nor a semicolon is needed before what closes a list or a block; `for (;;)` has no block.
-        if ")]}".contains(first) && script.ends_with(',') || first == '}' && script.ends_with(';') {
+        let is_closing = token.closes() && first == token.text.chars().next_back().unwrap_or(' ');
+        if is_closing && (script.ends_with(',') || first == '}' && script.ends_with(';')) {
             script.pop();
         }
-        let (token, after) = rest.split_at(length);
-        // The zero of `0.5`.
-        let is_zero = token == "0"
-            && after
-                .strip_prefix('.')
-                .is_some_and(|digits| digits.starts_with(|c: char| c.is_ascii_digit()));
-        if !is_zero {
-            script.push_str(shorter(token));
+        if !is_zero_of_fraction(tokens, i) {
+            script.push_str(shorter(&token.text));
         }
-        rest = after;
     }
     script.push('\n');
+    script
+}
+
+/// Whether a token is the zero of `0.5`.
+fn is_zero_of_fraction(tokens: &[Token], i: usize) -> bool {
+    let [zero, point, digits, ..] = &tokens[i..] else { return false };
+    let is_next = |token: &Token| token.space == Space::None;
+    zero.text == "0"
+        && point.is('.')
+        && digits.text.starts_with(|c: char| c.is_ascii_digit())
+        && is_next(point)
+        && is_next(digits)
 }
 
 /// The same in fewer bytes, for a script that does not assign to constants and has no such property names.
@@ -70,99 +53,26 @@ fn shorter(token: &str) -> &str {
 }
 
 /// Whether white space between the end of a script and a character separates anything.
-fn is_needed(space: &str, script: &str, next: char) -> bool {
+fn is_needed(space: Space, script: &str, next: char) -> bool {
     let Some(last) = script.chars().next_back() else { return false };
     match space {
-        "" => false,
-        "\n" => {
+        Space::None => false,
+        Space::Break => {
             // No statement ends after an operator or an opening bracket, or before a closing one or a point.
             let is_step = script.ends_with("++") || script.ends_with("--");
             let goes_on = ";,{([=<>&|?:+-*!\n".contains(last) && !is_step;
             !(goes_on || ";,)]}.?:&|=*".contains(next))
         }
-        _ => (is_word(last) && is_word(next)) || ("+-".contains(last) && last == next),
+        Space::Blank => (is_word(last) && is_word(next)) || ("+-".contains(last) && last == next),
     }
-}
-
-fn is_word(c: char) -> bool {
-    c.is_alphanumeric() || "_$#".contains(c)
-}
-
-/// Whether a slash after this text begins a regular expression; else it divides.
-fn begins_expression(script: &str) -> bool {
-    let Some(last) = script.trim_end().chars().next_back() else { return true };
-    let word = script.trim_end().rsplit(|c| !is_word(c)).next().unwrap_or("");
-    BEFORE_EXPRESSION.contains(&word) || !(is_word(last) || ")]}\"'`".contains(last))
-}
-
-/// The length of a string.
-fn quoted(text: &str, quote: char) -> usize {
-    let mut characters = text.char_indices().skip(1);
-    while let Some((at, c)) = characters.next() {
-        match c {
-            '\\' => _ = characters.next(),
-            _ if c == quote => return at + 1,
-            _ => {}
-        }
-    }
-    text.len()
-}
-
-/// The length of a template, with the expressions in it.
-fn template(text: &str) -> usize {
-    let mut at = 1;
-    while let Some(c) = text[at..].chars().next() {
-        at += match c {
-            '\\' => 1 + text[at + 1..].chars().next().map_or(0, char::len_utf8),
-            '`' => return at + 1,
-            '$' if text[at..].starts_with("${") => 2 + braced(&text[at + 2..]),
-            c => c.len_utf8(),
-        };
-    }
-    text.len()
-}
-
-/// The length of an expression up to the brace that closes it, inclusive.
-fn braced(text: &str) -> usize {
-    let (mut at, mut depth) = (0, 1);
-    while let Some(c) = text[at..].chars().next() {
-        at += match c {
-            '"' | '\'' => quoted(&text[at..], c),
-            '`' => template(&text[at..]),
-            c => c.len_utf8(),
-        };
-        depth += i32::from(c == '{') - i32::from(c == '}');
-        if depth == 0 {
-            return at;
-        }
-    }
-    text.len()
-}
-
-/// The length of a regular expression without its flags.
-fn regular_expression(text: &str) -> usize {
-    let mut is_in_class = false;
-    let mut characters = text.char_indices().skip(1);
-    while let Some((at, c)) = characters.next() {
-        match c {
-            '\\' => _ = characters.next(),
-            '[' => is_in_class = true,
-            ']' => is_in_class = false,
-            '/' if !is_in_class => return at + 1,
-            _ => {}
-        }
-    }
-    text.len()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::page::tokens::tokens;
 
     fn compact(text: &str) -> String {
-        let mut script = String::new();
-        push_compact(text, &mut script);
-        script
+        super::compact(&tokens(text))
     }
 
     #[test]
@@ -190,7 +100,7 @@ mod tests {
         for text in [
             "f(\"a  // b\");\n",
             "f('it\\'s  /* c */');\n",
-            "f(`a  ${b + `  ${c[\"}\"]}` }  d`);\n",
+            "f(`a  ${b+`  ${c[\"}\"]}`}  d`);\n",
             "x.match(/[/ ]  \\/ \"/);\n",
             "return/a  b/;\n",
         ] {

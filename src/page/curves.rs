@@ -7,7 +7,7 @@ use crate::export::place_in_world;
 use crate::spectrum::{
     EventKind, Measures, Mesh, Query, Spectrum, event_persistence, most_persistent,
 };
-use crate::volume::{Histogram, Statistics, between};
+use crate::volume::{Histogram, Outside, Statistics, between};
 
 /// The number of isovalues of the curves, evenly spaced.
 const N_ISOVALUES: usize = 257;
@@ -45,8 +45,6 @@ pub(super) struct Curves {
     /// The events of the largest persistence, ascending: number in `events`, persistence as a share of the range, position in the voxel
     /// frame.
     named: Vec<(usize, f32, [f32; 3])>,
-    /// The changes at events in words, by code.
-    words: [&'static str; 6],
     /// Points of the surfaces that are farthest in each of some directions, voxel frame: what the first picture is fitted to.
     #[serde(skip)]
     extent: Vec<[f32; 3]>,
@@ -60,11 +58,9 @@ impl Curves {
         let named = most_persistent(&persistence, MAX_NAMED)
             .into_iter()
             .map(|i| (i, persistence[i] as f32, spectrum.events()[i].position.map(|x| x as f32)));
-        let outside = spectrum.volume().outside;
         let mut extent = Extent::default();
         let mut curves = Curves {
             named: named.collect(),
-            words: EventKind::ALL.map(|kind| kind.in_words(outside)),
             extent: Vec::new(),
             components: Vec::new(),
             euler: Vec::new(),
@@ -105,6 +101,12 @@ impl Curves {
             self.area.iter().enumerate().map(|(i, &area)| (at(i), f64::from(area))).collect();
         spectrum.suggested(&areas, samples)
     }
+}
+
+/// The changes at events in words, by code, for each outer side that a volume can have.
+pub(super) fn words() -> serde_json::Value {
+    let of = |outside| EventKind::ALL.map(|kind| kind.in_words(outside));
+    serde_json::json!({ "Low": of(Outside::Low), "High": of(Outside::High) })
 }
 
 /// Isovalue `i` of [`N_ISOVALUES`], the ends of the range among them.

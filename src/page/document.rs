@@ -11,6 +11,7 @@ use super::first::{FirstRange, first_range};
 use super::link::Link;
 use super::options::{Page, styles_to_json};
 use super::script;
+use super::slice::SliceSamples;
 use super::template;
 use crate::color::{Color, Map, ScaleEnd};
 use crate::error::{Error, Result};
@@ -31,6 +32,8 @@ pub struct Sizes {
     pub first: usize,
     /// The still picture, before base64.
     pub still: usize,
+    /// The compressed samples of slices, before base64.
+    pub slice: usize,
 }
 
 /// Where a page finds its isovalues.
@@ -87,7 +90,10 @@ fn assemble(
         image.encode_png(&mut still).map_err(|e| Error::io("still picture", e))?;
     }
     let script = script::script(link.is_some());
-    let about = about(spectrum, page, field, first.as_ref(), link)?;
+    let slice = page.slice.map(SliceSamples::of);
+    let mut about = about(spectrum, page, field, first.as_ref(), link)?;
+    about["slice"] = slice.as_ref().map(SliceSamples::to_json).into();
+    let slice = slice.map(|slice| slice.bytes).unwrap_or_default();
     let first = first.map(|first| first.bytes).unwrap_or_default();
     let text = template::fill(&template::Parts {
         page,
@@ -97,6 +103,7 @@ fn assemble(
         connect: link.map(Link::origin),
         script: &script,
         still: &BASE64.encode(&still),
+        slice: &BASE64.encode(&slice),
     });
     let sizes = Sizes {
         page: text.len(),
@@ -104,6 +111,7 @@ fn assemble(
         data: n_bytes,
         first: first.len(),
         still: still.len(),
+        slice: slice.len(),
     };
     Ok((text, sizes))
 }
@@ -149,6 +157,7 @@ fn about(
         "suggested": curves.suggested(spectrum, page.statistics),
         "extent": curves.extent(),
         "curves": curves,
+        "words": curves::words(),
     });
     if let Some(link) = link {
         about["link"] = link.to_json();

@@ -7,7 +7,7 @@ use crate::render::{
 };
 use crate::setters::setters;
 use crate::spectrum::{Keep, Spectrum};
-use crate::volume::{Histogram, Statistics};
+use crate::volume::{Histogram, Statistics, Volume};
 
 use super::data::DEFAULT_STEP;
 
@@ -47,6 +47,8 @@ pub struct Page<'a> {
     pub samples: Option<&'a Histogram>,
     /// Statistics of the samples, by which typed isovalues such as `p99` are resolved.
     pub statistics: Option<&'a Statistics>,
+    /// The volume, of which the page shows slices: its samples, rounded to 8 bits, are in the page.
+    pub slice: Option<&'a Volume>,
     /// Isovalues that are shown as buttons, with their names; in the range of the spectrum.
     pub marks: &'a [(f64, String)],
     /// A picture for browsers that cannot draw the surface.
@@ -73,6 +75,7 @@ impl<'a> Page<'a> {
             keep: Keep::default(),
             samples: None,
             statistics: None,
+            slice: None,
             marks: &[],
             still: None,
         }
@@ -95,6 +98,7 @@ impl<'a> Page<'a> {
         with_field(field: &'a ColorSources),
         with_samples(samples: &'a Histogram),
         with_statistics(statistics: &'a Statistics),
+        with_slice(slice: &'a Volume),
         with_still(still: &'a Image),
     }
 
@@ -110,6 +114,16 @@ impl<'a> Page<'a> {
         self.ends.check()?;
         self.keep.check()?;
         self.camera.check()?;
+        if let Some(volume) = self.slice
+            && volume.dims() != spectrum.volume().dims
+        {
+            return Err(Error::Usage(format!(
+                "{}: {:?} samples, expected {:?} as the spectrum's volume has",
+                volume.name(),
+                volume.dims(),
+                spectrum.volume().dims
+            )));
+        }
         Page::check_color(self.color)
     }
 

@@ -1,12 +1,13 @@
 //! Joins the scripts of `page/*.js` into the one script of a page.
 //!
-//! Comments and white space are left out ([`push_compact`]); they are half of the bytes. All else stays as it is written
+//! Comments and white space are left out ([`compact`]), and names are shortened ([`names`]); they are two thirds of the bytes
 //! (`docs/decisions/0013-plain-scripts-and-base64.md`).
 
-use super::compact::push_compact;
+use super::compact::compact;
+use super::{names, tokens};
 
 /// The scripts in the order in which the page has them, without the one that starts it.
-const SCRIPTS: [&str; 36] = [
+const SCRIPTS: [&str; 44] = [
     include_str!("../../page/unpack.js"),
     include_str!("../../page/coder.js"),
     include_str!("../../page/file.js"),
@@ -36,12 +37,20 @@ const SCRIPTS: [&str; 36] = [
     include_str!("../../page/isovalue.js"),
     include_str!("../../page/input.js"),
     include_str!("../../page/look_panel.js"),
+    include_str!("../../page/slice.js"),
     include_str!("../../page/panel.js"),
     include_str!("../../page/embed.js"),
     include_str!("../../page/scene.js"),
     include_str!("../../page/viewer.js"),
     include_str!("../../page/address.js"),
+    include_str!("../../page/container.js"),
+    include_str!("../../page/chunk.js"),
+    include_str!("../../page/chunked_file.js"),
+    include_str!("../../page/local_file.js"),
+    include_str!("../../page/worker.js"),
     include_str!("../../page/decode.js"),
+    include_str!("../../page/loading.js"),
+    include_str!("../../page/local.js"),
     include_str!("../../page/main.js"),
 ];
 
@@ -49,20 +58,17 @@ const SCRIPTS: [&str; 36] = [
 const START: &str = include_str!("../../page/start.js");
 
 /// Reads the isovalues of a page from a spectrum file on a server, and starts the page.
-const LINKED: [&str; 4] = [
-    include_str!("../../page/container.js"),
-    include_str!("../../page/chunk.js"),
-    include_str!("../../page/ranges.js"),
-    include_str!("../../page/linked.js"),
-];
+const LINKED: [&str; 2] =
+    [include_str!("../../page/ranges.js"), include_str!("../../page/linked.js")];
 
 /// The script of a page, a function without global names; `is_linked` if the isovalues are in a file on a server.
 pub(super) fn script(is_linked: bool) -> String {
     let last = if is_linked { &LINKED[..] } else { &[START] };
-    let mut script = String::from("(() => {\n\"use strict\";\n");
-    SCRIPTS.iter().chain(last).for_each(|text| push_compact(text, &mut script));
-    script.push_str("})();\n");
-    script
+    let scripts: Vec<&str> = SCRIPTS.iter().chain(last).copied().collect();
+    let text = format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts.join("\n"));
+    let mut tokens = tokens::tokens(&text);
+    names::shorten(&mut tokens);
+    compact(&tokens)
 }
 
 #[cfg(test)]

@@ -25,6 +25,8 @@ pub(super) struct Parts<'a> {
     pub(super) connect: Option<&'a str>,
     /// Base64 of a PNG; empty if there is none.
     pub(super) still: &'a str,
+    /// Base64 of a raw deflate stream; empty if the page shows no slices.
+    pub(super) slice: &'a str,
 }
 
 /// Fills the template.
@@ -60,6 +62,7 @@ pub(super) fn fill(parts: &Parts) -> String {
         "about" => parts.about.replace('<', "\\u003c"),
         "first" => parts.first.into(),
         "data" => parts.data.into(),
+        "slice" => parts.slice.into(),
         "script" => parts.script.into(),
         // A link has only letters, digits and -._:[] in its origin.
         "connect" => {
@@ -147,6 +150,7 @@ mod tests {
             script: "",
             connect: None,
             still: "",
+            slice: "",
         });
         assert!(text.contains("<h1>{{caption}} &lt;b&gt;&amp;&#39;&quot;</h1>"), "the title");
         assert!(text.contains("<p class=\"caption\">&lt;/script&gt;</p>"), "the caption");

@@ -270,7 +270,7 @@ impl Scene {
         let change = events[first].kind.in_words(volume.outside);
         let more = match here().count() {
             1 => String::new(),
-            n => format!(", {} more", n - 1),
+            n => format!("; {} more", n - 1),
         };
         Some(format!("{change} at {x}, {y}, {z}{more}"))
     }

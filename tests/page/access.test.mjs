@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { after, before, describe, test } from "node:test";
-import { expected, launch, open, settled, state, watched } from "./browser.mjs";
+import { expected, launch, open, openLook, settled, state, watched } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -36,7 +36,8 @@ describe("access", () => {
 
     test("axe-core finds nothing, light and dark, wide and narrow, with and without help", async () => {
         const { page, close } = await watched(browser);
-        await open(page, { renderer: "webgl2" });
+        await open(page, { renderer: "webgl2" }, "slice.html");
+        assert.ok(await page.locator("#slice-image").isVisible());
         await page.evaluate(AXE);
         for (const colorScheme of ["light", "dark"]) {
             await page.emulateMedia({ colorScheme });
@@ -50,6 +51,73 @@ describe("access", () => {
                 assert.deepEqual(await violations(page), [], `${name}, help`);
                 await page.keyboard.press("h");
             }
+        }
+        await close();
+    });
+
+    test("what scrolls inside the page shows it at its edges, at every size, light and dark", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" }, "slice.html");
+        /** Elements that have more than they show, but for lists, with the marks at their edges. */
+        const scrolling = () => page.evaluate(() => [...document.querySelectorAll("body *")]
+            .filter((e) => /auto|scroll/.test(getComputedStyle(e).overflowY) && e.scrollHeight > e.clientHeight + 1 && e.clientHeight > 0)
+            .map((e) => [e.id, ...["::before", "::after"].map((edge) => getComputedStyle(e, edge).content)]));
+        const scrollTo = async (id, top) => {
+            await page.locator(id).evaluate((e, to) => { e.scrollTop = to; }, top);
+            await settled(page);
+        };
+        const seen = new Set();
+        for (const colorScheme of ["light", "dark"]) {
+            await page.emulateMedia({ colorScheme });
+            for (const [width, height] of [[1440, 900], [1366, 657], [1024, 768], [390, 844], [844, 390]]) {
+                await page.setViewportSize({ width, height });
+                await settled(page);
+                await page.keyboard.press("h");
+                await settled(page);
+                assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), `${width}: the page is too wide`);
+                for (const [id] of await scrolling()) {
+                    seen.add(id);
+                    // A list of a fixed height shows half of a row, and how many there are.
+                    if (id === "event-list") continue;
+                    for (const [top, edges] of [[0, ["none", '"▾"']], [40, ['"▴"', '"▾"']], [1e5, ['"▴"', "none"]]]) {
+                        await scrollTo(`#${id}`, top);
+                        assert.deepEqual((await scrolling()).find(([each]) => each === id).slice(1), edges, `${id} at ${top} of ${width}x${height}`);
+                    }
+                    await scrollTo(`#${id}`, 0);
+                }
+                await page.keyboard.press("h");
+            }
+        }
+        assert.deepEqual([...seen].filter((id) => id !== "event-list").sort(), ["help", "side"]);
+        assert.match(await page.locator("#event-count").textContent(), /^\(\d+ isovalues\)$/);
+        // The marks take no room: what is below the last group stays where it is.
+        await page.setViewportSize({ width: 1366, height: 657 });
+        await settled(page);
+        const height = () => page.locator("#side").evaluate((e) => e.scrollHeight);
+        const before = await height();
+        await scrollTo("#side", 1e5);
+        assert.equal(await height(), before);
+        await close();
+    });
+
+    test("where controls are below the picture it stays in sight, and dialogs fit the screen", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" }, "slice.html");
+        for (const [width, height] of [[1024, 768], [390, 844]]) {
+            await page.setViewportSize({ width, height });
+            await settled(page);
+            await page.locator("#transparent").scrollIntoViewIfNeeded();
+            await page.evaluate(() => window.scrollTo(0, document.body.scrollHeight));
+            await settled(page);
+            assert.ok(await page.evaluate(() => window.scrollY) > 100, `${width}: nothing to scroll`);
+            const box = await page.locator("#canvas").boundingBox();
+            assert.ok(box.y >= 0 && box.y + box.height < 0.6 * height, `${width}: the picture is at ${box.y}`);
+            const last = await page.locator("#transparent").boundingBox();
+            assert.ok(last.y > box.y + box.height && last.y < height, "controls are below it");
+            await page.evaluate(() => document.getElementById("copied").showModal());
+            const [dialog, field] = await Promise.all(["#copied", "#copied-text"].map((id) => page.locator(id).boundingBox()));
+            assert.ok(dialog.x >= 0 && dialog.x + dialog.width <= width && field.x + field.width < dialog.x + dialog.width, `${width}: ${JSON.stringify([dialog, field])}`);
+            await page.evaluate(() => document.getElementById("copied").close());
         }
         await close();
     });
@@ -86,6 +154,25 @@ describe("access", () => {
         assert.equal((await press("ArrowLeft")).view.azimuth, 35);
         assert.equal((await press("ArrowDown")).view.elevation, 22);
         assert.equal((await state(page)).isovalue, expected.range[0]);
+        // Wherever the focus is, but on a slider.
+        await page.locator("#play").focus();
+        assert.equal((await press("ArrowRight")).view.azimuth, 40);
+        await page.locator("#slider").focus();
+        assert.ok((await press("ArrowRight")).isovalue > expected.range[0]);
+        assert.equal((await press("Home")).isovalue, expected.range[0]);
+        await openLook(page);
+        await page.locator("#opacity").focus();
+        assert.ok(Math.abs((await press("ArrowLeft")).opacity - 0.95) < 1e-9);
+        assert.deepEqual([(await state(page)).view.azimuth, (await state(page)).isovalue], [40, expected.range[0]]);
+        await page.locator("#measure summary").focus();
+        await press("Space");
+        assert.ok(await page.locator("#pick-measure").isVisible());
+        assert.equal((await state(page)).playing, false);
+        await press("m");
+        assert.equal(await page.locator("#pick-measure").getAttribute("aria-pressed"), "true");
+        await press("m");
+        await page.locator("#canvas").focus();
+        assert.equal((await press("ArrowLeft")).view.azimuth, 35);
         const moved = (await press("Shift+ArrowRight")).view;
         assert.ok(Math.hypot(...moved.target) > 0.5 && moved.azimuth === 35);
         const back = (await press("Shift+ArrowLeft")).view;

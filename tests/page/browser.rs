@@ -138,6 +138,7 @@ fn folder_with_pages() -> Folder {
             (components_of_noise(&folder), write_linked(&folder))
         });
         write_torus(&folder);
+        write_tall(&folder);
         write_meshes(&folder, &isovalues);
         write_native_pictures(&folder, &spectrum, &isovalues);
         write_colors(&folder, isovalues[1]);
@@ -185,7 +186,19 @@ fn write_torus(folder: &Folder) {
     let texts = ["--title", "A torus & more", "--caption", "A caption.", "--credit", "A credit."];
     let samples = ["--volume", "torus_24x24x24_float32.raw", "--mark", "top:10%=thin,50%"];
     folder.run(&[&["html", "s.isp", "-o", "page.html"][..], &texts, &samples].concat());
+    let slice = ["html", "s.isp", "-o", "slice.html", "--slice"];
+    folder.run(&[&slice[..], &["--volume", "torus_24x24x24_float32.raw"]].concat());
     folder.run(&["convert", "s.isp", "s.thesis"]);
+}
+
+/// The page of a volume whose samples are three times as far apart along z, with slices.
+fn write_tall(folder: &Folder) {
+    let header =
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nspacings: 1 1 3\nencoding: raw\n\n";
+    let samples: Vec<u8> = (0..512).map(|i| (i % 8 + 20 * (i / 64)) as u8).collect();
+    folder.write("tall.nrrd", &[header.as_bytes(), &samples].concat());
+    folder.run(&["compute", "-q", "tall.nrrd", "-o", "tall.isp", "--backend", "cpu"]);
+    folder.run(&["html", "tall.isp", "-o", "tall.html", "--volume", "tall.nrrd", "--slice"]);
 }
 
 /// Meshes of the torus as the program extracts them.
@@ -271,6 +284,8 @@ fn write_noise(folder: &Folder) {
     folder.write("noise_9x9x9_uint8.raw", &noise(9 * 9 * 9));
     folder.run(&["compute", "-q", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
     folder.run(&["html", "noise.isp", "-o", "noise.html"]);
+    let in_bricks = ["compute", "-q", "noise_9x9x9_uint8.raw", "-o", "bricks.isp", "--brick", "4"];
+    folder.run(&[&in_bricks[..], &["--backend", "cpu"]].concat());
 }
 
 /// The components of the noise as the program lists them, and a mesh of the largest ones.

@@ -16,6 +16,7 @@ async function downloaded(page, format, name) {
     await page.locator(`[data-format=${format}]`).click();
     const download = await started;
     assert.ok(download.suggestedFilename().endsWith(`.${format}`));
+    assert.equal(await page.locator("#message").textContent(), `Saved ${download.suggestedFilename()}`);
     const path = join(folder, name);
     await download.saveAs(path);
     return readFileSync(path);

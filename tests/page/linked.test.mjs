@@ -6,14 +6,12 @@ import { join } from "node:path";
 import { after, before, beforeEach, test } from "node:test";
 import { VIEWPORT, address, expected, folder, launch, pixels, ready, settled, state } from "./browser.mjs";
 import { spectrumFile } from "./decoded.mjs";
-import { assertClosedManifold, parsePly } from "./meshes.mjs";
+import { assertClosedManifold, assertSameMesh, parsePly } from "./meshes.mjs";
 import { assertSimilar } from "./pixels.mjs";
 import { serve } from "./server.mjs";
 
 const FILE = "large.isp";
 const HASH = "#view=35,22,1&renderer=webgl2";
-/** Coordinates are sums of two products of single precision below 64. */
-const ROUNDING = 2e-5;
 
 const { isovalues: meshes } = expected.linked;
 const { chunks } = await spectrumFile(FILE);
@@ -71,21 +69,6 @@ async function saved(page) {
     const started = page.waitForEvent("download");
     await page.locator("[data-format=ply]").click();
     return parsePly(readFileSync(await (await started).path()));
-}
-
-/** Asserts that two meshes are the same but for the order of vertices and triangles. */
-function assertSameMesh(found, wanted) {
-    assert.deepEqual([found.positions.length, found.triangles.length], [wanted.positions.length, wanted.triangles.length]);
-    // Three numbers per vertex, then the sums of those of the corners of each triangle.
-    const numbers = ({ positions, triangles }, axis) => {
-        const along = positions.filter((_, i) => i % 3 === axis);
-        const sums = Array.from({ length: triangles.length / 3 }, (_, t) => [0, 1, 2].reduce((sum, k) => sum + along[triangles[3 * t + k]], 0));
-        return [along, sums].map((list) => list.sort((a, b) => a - b));
-    };
-    for (let axis = 0; axis < 3; axis++) {
-        const all = numbers(wanted, axis);
-        numbers(found, axis).forEach((list, i) => list.forEach((x, j) => assert.ok(Math.abs(x - all[i][j]) <= 3 * ROUNDING, `${x}, expected ${all[i][j]}`)));
-    }
 }
 
 test("only what is shown is fetched, at both ends too, and it looks as in a page of one file", async () => {

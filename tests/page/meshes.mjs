@@ -137,3 +137,21 @@ export function countComponents(triangles) {
     }
     return [...parent].filter(([v, up]) => v === up).length;
 }
+
+/** Coordinates are sums of two products of single precision below 64. */
+const ROUNDING = 2e-5;
+
+/** Asserts that two meshes are the same but for the order of vertices and triangles. */
+export function assertSameMesh(found, wanted) {
+    assert.deepEqual([found.positions.length, found.triangles.length], [wanted.positions.length, wanted.triangles.length]);
+    // Three numbers per vertex, then the sums of those of the corners of each triangle.
+    const numbers = ({ positions, triangles }, axis) => {
+        const along = positions.filter((_, i) => i % 3 === axis);
+        const sums = Array.from({ length: triangles.length / 3 }, (_, t) => [0, 1, 2].reduce((sum, k) => sum + along[triangles[3 * t + k]], 0));
+        return [along, sums].map((list) => list.sort((a, b) => a - b));
+    };
+    for (let axis = 0; axis < 3; axis++) {
+        const all = numbers(wanted, axis);
+        numbers(found, axis).forEach((list, i) => list.forEach((x, j) => assert.ok(Math.abs(x - all[i][j]) <= 3 * ROUNDING, `${x}, expected ${all[i][j]}`)));
+    }
+}

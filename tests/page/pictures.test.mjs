@@ -31,7 +31,7 @@ describe("pictures", () => {
                 assert.ok(covered > 0.01 && covered < 0.9, `${renderer}, ${isovalue}: covers ${covered}`);
                 const native = readPng(join(folder, `native-${i}.png`));
                 assertSimilar(picture, native, TO_NATIVE, `${renderer} to native, ${isovalue}`);
-                const shown = decodePng(await page.locator("canvas").screenshot());
+                const shown = decodePng(await page.locator("#canvas").screenshot());
                 assertSimilar(picture, shown, TO_SCREEN, `${renderer} to screen, ${isovalue}`);
                 drawn[renderer].push(picture);
             }
@@ -188,7 +188,7 @@ describe("pictures", () => {
         await page.goto(address({}));
         await page.getByText("neither WebGPU nor WebGL2").waitFor();
         assert.ok(await page.locator("#still img").evaluate((img) => img.naturalWidth > 0));
-        assert.ok(await page.locator("canvas").isHidden());
+        assert.ok(await page.locator("#canvas").isHidden());
         await close();
     });
 

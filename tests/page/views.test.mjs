@@ -42,7 +42,7 @@ describe("views", () => {
                 // Occlusion changes many pixels by little: the mean must be nearer to the native picture than to the plain one.
                 const [own, other] = [native(name), plain].map((p) => difference(picture, p).mean);
                 assert.ok(other > 2 * own, `${name}: ${other} from the plain picture, ${own} from its own`);
-                const shown = decodePng(await page.locator("canvas").screenshot());
+                const shown = decodePng(await page.locator("#canvas").screenshot());
                 assertSimilar(picture, shown, TO_SCREEN, `${renderer}, ${name} on the screen`);
             }
             await close();
@@ -214,7 +214,7 @@ describe("views", () => {
             const after = coverage(await pixels(page));
             assert.ok(Math.abs(after / before - 1) < 0.15 && after !== before, `${before} to ${after}`);
             // The line of sight crosses the surface at least twice; the nearer point is picked and becomes the target.
-            const box = await page.locator("canvas").boundingBox();
+            const box = await page.locator("#canvas").boundingBox();
             const [x, y] = [box.x + 0.62 * box.width, box.y + 0.5 * box.height];
             await page.mouse.dblclick(x, y);
             await settled(page);

@@ -244,6 +244,13 @@ fn the_distance_is_that_to_the_volume_without_its_noise() {
     assert!(n > 200 && n_near * 100 >= n * 99, "{n_near} of {n} vertices are near");
 }
 
+/// The commands that colour by a second volume without a window.
+const COLORING: [&[&str]; 3] = [
+    &["render", "s.isp", "-c", "50%", "-o", "p.png"],
+    &["extract", "s.isp", "-c", "50%", "-o", "p.ply"],
+    &["html", "s.isp", "-o", "p.html"],
+];
+
 #[test]
 fn a_field_outside_the_surface_and_invalid_scales_are_refused() {
     let folder = folder();
@@ -251,14 +258,34 @@ fn a_field_outside_the_surface_and_invalid_scales_are_refused() {
                   space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n";
     let samples: Vec<u8> = (0..27).collect();
     folder.write("far.nrrd", &[header.as_bytes(), &samples].concat());
-    let output = folder
-        .run_for(&["render", "s.isp", "-c", "50%", "-o", "p.png", "--color-by", "far.nrrd"], 3);
-    assert!(stderr(&output).contains("contains none of the surfaces"), "{}", stderr(&output));
+    for command in COLORING {
+        let output = folder.run_for(&[command, &["--color-by", "far.nrrd"]].concat(), 3);
+        assert!(stderr(&output).contains("contains none of the surfaces"), "{}", stderr(&output));
+    }
     for wrong in [["--color-range", "5:1"], ["--color-map", "jet"], ["--color-center", "x"]] {
         let base = ["render", "s.isp", "-c", "50%", "-o", "p.png", "--color", "quality"];
         folder.run_for(&[&base[..], &wrong].concat(), 2);
     }
-    assert!(!folder.names().contains(&"p.png".to_owned()));
+    for command in COLORING {
+        let output = command[command.len() - 1];
+        assert!(!folder.names().contains(&output.to_owned()), "{output}");
+    }
+}
+
+#[test]
+fn a_field_of_other_dimensions_without_a_world_is_warned_of() {
+    let folder = folder();
+    folder.write("other_9x9x9_uint8.raw", &(0..729).map(|i| i as u8).collect::<Vec<u8>>());
+    for command in COLORING {
+        let output = folder.run(&[command, &["--color-by", "other_9x9x9_uint8.raw"]].concat());
+        let text = stderr(&output);
+        let warnings: Vec<&str> = text.lines().filter(|line| line.contains("[9, 9, 9]")).collect();
+        let [line] = warnings[..] else { panic!("{text}") };
+        assert!(line.contains("other_9x9x9_uint8.raw") && line.contains("[16, 16, 16]"), "{line}");
+        // The same dimensions are taken to be the same place.
+        let output = folder.run(&[command, &["--color-by", "x_16x16x16_float32.raw"]].concat());
+        assert!(!stderr(&output).contains("[16, 16, 16]"), "{}", stderr(&output));
+    }
 }
 
 #[test]

@@ -80,6 +80,7 @@ class Drawing:
         min_area: SupportsFloat = 0.0,
         at: Numbers | None = None,
         volume: Any = None,
+        slice: bool = False,  # noqa: A002 (as --slice)
         still: bool = True,
     ) -> str | None:
         """Write a web page with a slider for the isovalue, in one file; without a path, return the page.
@@ -108,7 +109,9 @@ class Drawing:
         keep, min_volume, min_area, at : optional
             As in :meth:`mesh`.
         volume : array, image, or path, optional
-            The volume (as for :func:`isospectrum.compute`), for its histogram; the page does not contain its samples.
+            The volume (as for :func:`isospectrum.compute`), for its histogram and slices.
+        slice : bool, default False
+            Show slices of ``volume`` beside the surface; the page then contains its samples, rounded to 8 bits.
         still : bool, default True
             Include a picture for readers without WebGPU and WebGL. It needs a GPU adapter, and is left out without one.
 
@@ -127,6 +130,8 @@ class Drawing:
         >>> s = isospectrum.compute(phantom="sphere:12", progress=False)
         >>> s.html("sphere.html", title="A sphere", marks={"half": 0.5}, still=False)
         """
+        if slice and volume is None:
+            raise UsageError("slices need the volume of the spectrum: volume=...")
         appearance = self._appearance_arguments(locals())
         page = self._native.html(
             [] if c is None else self._surfaces(c),
@@ -140,6 +145,7 @@ class Drawing:
             appearance,
             None if volume is None else volume_like(volume, self),
             None if color_by is None else _field_like(color_by, self),
+            bool(slice),
             still,
         )
         if path is None:

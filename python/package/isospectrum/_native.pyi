@@ -164,6 +164,7 @@ class Spectrum:
         appearance: dict[str, Any],
         volume: Volume | None,
         color_by: Volume | None,
+        has_slice: bool,
         has_still: bool,
     ) -> str: ...
 
