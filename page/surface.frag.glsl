@@ -91,10 +91,10 @@ float wire_coverage(vec3 altitudes) {
     return coverage * smoothstep(0.5, 6.0, smallest / max(wire_width, 1.0));
 }
 
-float silhouette_coverage(float turned) {
+float silhouette_coverage(float turned, float flat_turned) {
     float slope = length(vec2(dFdx(turned), dFdy(turned)));
     float inside = 0.5 * max(turned, 0.0) / max(slope, 1e-6);
-    return saturate(silhouette + 0.5 - inside) * (1.0 - smoothstep(0.35, 0.6, turned));
+    return saturate(silhouette + 0.5 - inside) * (1.0 - smoothstep(0.35, 0.6, max(turned, flat_turned)));
 }
 
 vec3 map_color() {
@@ -110,7 +110,11 @@ void main() {
     // Counter-clockwise with y upwards, as on WebGPU.
     bool is_front = gl_FrontFacing != mirrored;
     vec3 towards_eye = parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position);
-    float outline = silhouette_coverage((is_front ? 1.0 : -1.0) * dot(normalize(normal), towards_eye));
+    vec3 of_triangle = cross(dFdx(position), dFdy(position));
+    float outline = silhouette_coverage(
+        (is_front ? 1.0 : -1.0) * dot(normalize(normal), towards_eye),
+        abs(dot(of_triangle, towards_eye)) / max(length(of_triangle), 1e-20)
+    );
     vec3 shown = palette == 0 ? front : palette == 1 ? map_color() : triangle_color;
     vec3 albedo = shown;
     if (!is_front && back.a < 0.5) {

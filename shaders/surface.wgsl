@@ -225,7 +225,11 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     let altitudes = altitudes_in_pixels(in.barycentric);
     let front = counter_clockwise != (frame.mirrored == 1u);
     let towards_eye = select(normalize(-in.position), vec3(0.0, 0.0, 1.0), frame.parallel == 1u);
-    let outline = silhouette_coverage(select(-1.0, 1.0, front) * dot(normalize(in.normal), towards_eye));
+    let of_triangle = cross(dpdx(in.position), dpdy(in.position));
+    let outline = silhouette_coverage(
+        select(-1.0, 1.0, front) * dot(normalize(in.normal), towards_eye),
+        abs(dot(of_triangle, towards_eye)) / max(length(of_triangle), 1e-20),
+    );
 
     var color = in.color;
     if (frame.palette == MAP) {
@@ -284,11 +288,11 @@ fn altitudes_in_pixels(barycentric: vec3<f32>) -> vec3<f32> {
 
 /// Coverage of a fragment by the silhouette, from the cosine between normal and view. Near the silhouette of a smooth surface the cosine
 /// is as the square root of the distance to it in the picture, which therefore is half the cosine over its slope. Where the cosine
-/// is large the surface is noise, not turned away.
-fn silhouette_coverage(turned: f32) -> f32 {
+/// is large, or that of the triangle's own normal, the surface is noise or has an edge, and is not turned away.
+fn silhouette_coverage(turned: f32, flat_turned: f32) -> f32 {
     let slope = length(vec2(dpdx(turned), dpdy(turned)));
     let inside = 0.5 * max(turned, 0.0) / max(slope, 1e-6);
-    return saturate(frame.front.w + 0.5 - inside) * (1.0 - smoothstep(0.35, 0.6, turned));
+    return saturate(frame.front.w + 0.5 - inside) * (1.0 - smoothstep(0.35, 0.6, max(turned, flat_turned)));
 }
 
 /// Coverage of a fragment by the triangle's edges. Each side of an edge draws half its width. The lines fade if triangles are
