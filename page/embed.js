@@ -1,7 +1,7 @@
 // Messages to and from a page that contains this one in a frame:
 //   { isospectrum: "setIsovalue", isovalue, id }  →  { isospectrum: "reply", id, result: state }
 //   { isospectrum: "setView", view: { azimuth, elevation, distance, target }, id }, all properties optional
-//   { isospectrum: "setLook", look: { wireframe, open, axes, orthographic, occlusion, light, largest, color }, id }, all properties optional
+//   { isospectrum: "setLook", look: { wireframe, silhouette, open, axes, orthographic, occlusion, light, largest, color }, id }, all properties optional
 //   { isospectrum: "play", playing, id }          →  ... result: state
 //   { isospectrum: "getState", id }               →  ... result: { isovalue, low, high, view, ... }
 //   { isospectrum: "screenshot", size, transparent, id }  →  ... result: a PNG, as Blob; size: [width, height], default as in the page

@@ -113,6 +113,7 @@ function listenToKeys(viewer) {
         k: () => viewer.pick(pointed(), false),
         x: () => viewer.pick(pointed(), true),
         a: () => viewer.showAll(),
+        m: () => byId("pick-measure").click(),
         c: () => viewer.setColoring({ color: viewer.coloring.color === "none" ? "component" : "none" }),
         "]": step(1),
         "[": step(-1),

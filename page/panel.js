@@ -4,7 +4,7 @@
 const SLIDER_STEPS = 10000;
 
 /** Options of the look that are on or off, with the ids of their check boxes. */
-const SWITCHES = ["wireframe", "axes", "orthographic", "occlusion"];
+const SWITCHES = ["wireframe", "silhouette", "axes", "orthographic", "occlusion"];
 
 /** The controls below the picture. */
 class Panel {

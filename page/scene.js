@@ -37,9 +37,9 @@ class Scene {
         // address has a view.
         this.isFitWanted = "all";
         // `occlusion` is null where it depends on the renderer.
-        const { wireframe, occlusion, light, background, clip } = about.look;
+        const { wireframe, silhouette, occlusion, light, background, clip } = about.look;
         const { open, axes, orthographic } = about;
-        this.look = { wireframe, open, axes, orthographic, occlusion, light, background, clip };
+        this.look = { wireframe, silhouette, open, axes, orthographic, occlusion, light, background, clip };
         // Further isosurfaces: { isovalue, front (six hexadecimal digits), opacity }.
         this.opacity = about.look.opacity;
         this.extras = about.look.also.map((extra) => ({ ...extra }));

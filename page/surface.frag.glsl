@@ -11,6 +11,8 @@ uniform vec4 back;
 /// Linear colour and opacity of the wireframe.
 uniform vec4 wire;
 uniform float wire_width;
+/// Width of the silhouette.
+uniform float silhouette;
 uniform bool mirrored;
 /// Whether the projection is parallel.
 uniform bool parallel;
@@ -89,6 +91,12 @@ float wire_coverage(vec3 altitudes) {
     return coverage * smoothstep(0.5, 6.0, smallest / max(wire_width, 1.0));
 }
 
+float silhouette_coverage(float turned, float flat_turned) {
+    float slope = length(vec2(dFdx(turned), dFdy(turned)));
+    float inside = 0.5 * max(turned, 0.0) / max(slope, 1e-6);
+    return saturate(silhouette + 0.5 - inside) * (1.0 - smoothstep(0.35, 0.6, max(turned, flat_turned)));
+}
+
 vec3 map_color() {
     float x = clamp(fraction, 0.0, 1.0) * 32.0;
     int before = min(int(x), 31);
@@ -101,12 +109,17 @@ void main() {
     vec3 altitudes = altitudes_in_pixels();
     // Counter-clockwise with y upwards, as on WebGPU.
     bool is_front = gl_FrontFacing != mirrored;
+    vec3 towards_eye = parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position);
+    vec3 of_triangle = cross(dFdx(position), dFdy(position));
+    float outline = silhouette_coverage(
+        (is_front ? 1.0 : -1.0) * dot(normalize(normal), towards_eye),
+        abs(dot(of_triangle, towards_eye)) / max(length(of_triangle), 1e-20)
+    );
     vec3 shown = palette == 0 ? front : palette == 1 ? map_color() : triangle_color;
     vec3 albedo = shown;
     if (!is_front && back.a < 0.5) {
         albedo = palette == 0 ? back.rgb : mix(0.5 * shown, back.rgb, 0.25);
     }
-    vec3 towards_eye = parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position);
     // No inner side of a closed surface can be seen: its triangles that face away are folds, lit as the surface around them.
     vec3 n = normalize(is_front || back.a > 0.5 ? normal : -normal);
     // Normals of folds and slivers may point away from the eye; mirrored, they are continuous with those around them.
@@ -114,6 +127,9 @@ void main() {
     vec3 lit = light(albedo, n, towards_eye);
     if (wire_width > 0.0) {
         lit = mix(lit, wire.rgb, wire.a * wire_coverage(altitudes));
+    }
+    if (silhouette > 0.0) {
+        lit = mix(lit, wire.rgb, wire.a * outline);
     }
 #ifdef CUT
     if (dot(plane, vec4(position, 1.0)) < 0.0) {

@@ -153,12 +153,16 @@ class WebGl2Renderer {
         gl.clearBufferfi(gl.DEPTH_STENCIL, 0, 1, 0);
         gl.enable(gl.DEPTH_TEST);
         gl.depthFunc(gl.LESS);
-        let nOpaque = layers.filter(({ opacity }) => opacity === 1).length;
-        for (const i of drawingOrder(layers)) {
-            this.drawLayer(this.layer(i), layers[i], look, projection);
-            // Transparent layers are drawn over the occlusion of the opaque ones.
-            if (--nOpaque === 0 && look.occlusion) this.occlusion?.draw(projection, [width, height]);
+        const order = drawingOrder(layers);
+        const nOpaque = layers.filter(({ opacity }) => opacity === 1).length;
+        for (const i of order.slice(0, nOpaque)) {
+            this.drawCap(i, layers[i], look, projection);
+            this.use(i, layers[i], look, projection);
+            gl.drawArrays(gl.TRIANGLES, 0, 3 * this.layer(i).nTriangles);
         }
+        // Transparent layers are drawn over the occlusion of the opaque ones.
+        if (nOpaque > 0 && look.occlusion) this.occlusion?.draw(projection, [width, height]);
+        this.drawTransparent(order.slice(nOpaque), layers, look, projection);
         gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.samples);
         gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.resolved);
         gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
@@ -180,34 +184,47 @@ class WebGl2Renderer {
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
-    drawLayer({ vertexArray, nTriangles }, layer, look, projection) {
-        const { gl } = this;
-        const isCut = Boolean(look.plane) || layer.opacity < 1;
-        const program = isCut ? this.cut : this.uncut;
-        const triangles = () => gl.drawArrays(gl.TRIANGLES, 0, 3 * nTriangles);
-        gl.bindVertexArray(vertexArray);
-        gl.useProgram(program);
+    /** Chooses the program and the triangles of layer i. */
+    use(i, layer, look, projection) {
+        const program = look.plane || layer.opacity < 1 ? this.cut : this.uncut;
+        this.gl.bindVertexArray(this.layer(i).vertexArray);
+        this.gl.useProgram(program);
         this.setUniforms(program, layer, look, projection);
-        if (look.plane && !look.open) this.drawCap(layer, look, projection, triangles, program, vertexArray);
-        if (layer.opacity < 1) {
-            // First depth, then colour: only the nearest triangles are visible, in any order of the triangles.
-            gl.colorMask(false, false, false, false);
-            triangles();
-            gl.colorMask(true, true, true, true);
-            gl.enable(gl.BLEND);
-            gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-            gl.depthFunc(gl.LEQUAL);
-            gl.depthMask(false);
-        }
-        triangles();
-        gl.disable(gl.BLEND);
-        gl.depthMask(true);
-        gl.depthFunc(gl.LESS);
     }
 
-    /** Counts front and back faces behind the clip plane, and draws a cap where the plane is inside the surface. */
-    drawCap(layer, look, projection, triangles, program, vertexArray) {
+    /** Draws transparent layers, inner ones first in the order: all of them together, from the farthest triangles to the nearest. */
+    drawTransparent(order, layers, look, projection) {
+        if (order.length === 0) return;
         const { gl } = this;
+        gl.enable(gl.BLEND);
+        gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+        const caps = () => { for (const i of order) this.drawCap(i, layers[i], look, projection); };
+        // What remains is behind the clip plane, or in front of it.
+        const areCapsLast = isEyeCutOff(look, projection);
+        if (!areCapsLast) caps();
+        const { sorted, runs } = depthOrder(layers, order, projection);
+        for (const { i, indices } of sorted) {
+            // This sets the uniforms of all layers, too.
+            this.use(i, layers[i], look, projection);
+            gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.layer(i).indices ??= gl.createBuffer());
+            gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STREAM_DRAW);
+        }
+        gl.depthMask(false);
+        for (const { i, first, end } of runs) {
+            gl.bindVertexArray(this.layer(i).vertexArray);
+            this.setOwn(this.cut, layers[i], look);
+            gl.drawElements(gl.TRIANGLES, end - first, gl.UNSIGNED_INT, 4 * first);
+        }
+        gl.depthMask(true);
+        if (areCapsLast) caps();
+        gl.disable(gl.BLEND);
+    }
+
+    /** Counts front and back faces of layer i behind the clip plane, and draws a cap where the plane is inside the surface. */
+    drawCap(i, layer, look, projection) {
+        if (!look.plane || look.open) return;
+        const { gl } = this;
+        this.use(i, layer, look, projection);
         gl.enable(gl.STENCIL_TEST);
         gl.colorMask(false, false, false, false);
         gl.depthMask(false);
@@ -215,53 +232,47 @@ class WebGl2Renderer {
         gl.stencilFunc(gl.ALWAYS, 0, 255);
         gl.stencilOpSeparate(gl.FRONT, gl.KEEP, gl.KEEP, gl.DECR_WRAP);
         gl.stencilOpSeparate(gl.BACK, gl.KEEP, gl.KEEP, gl.INCR_WRAP);
-        triangles();
+        gl.drawArrays(gl.TRIANGLES, 0, 3 * this.layer(i).nTriangles);
         gl.colorMask(true, true, true, true);
         gl.depthMask(true);
         gl.depthFunc(gl.LESS);
         gl.stencilFunc(gl.NOTEQUAL, 0, 255);
         gl.stencilOp(gl.KEEP, gl.ZERO, gl.ZERO);
-        gl.enable(gl.BLEND);
-        gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
         gl.useProgram(this.cap);
         gl.bindVertexArray(null);
-        this.setCut(this.cap, layer, look);
-        gl.uniform3fv(this.uniform(this.cap, "front"), layer.front.slice(0, 3));
-        gl.uniform2fv(this.uniform(this.cap, "depth"), projection.depth);
-        gl.uniform2fv(this.uniform(this.cap, "half_extent"), projection.halfExtent);
-        gl.uniform1i(this.uniform(this.cap, "parallel"), projection.isParallel ? 1 : 0);
-        gl.uniform1i(this.uniform(this.cap, "lamp"), look.lamp);
+        this.setUniforms(this.cap, layer, look, projection);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
-        gl.disable(gl.BLEND);
         gl.disable(gl.STENCIL_TEST);
-        gl.useProgram(program);
-        gl.bindVertexArray(vertexArray);
     }
 
-    setCut(program, { opacity }, { plane }) {
-        this.gl.uniform4fv(this.uniform(program, "plane"), plane ?? [0, 0, 0, 1]);
-        this.gl.uniform1f(this.uniform(program, "opacity"), opacity);
+    /** Sets uniforms of a kind. A program may lack some of them. */
+    set(program, kind, values) {
+        for (const name in values) this.gl[`uniform${kind}`](this.uniform(program, name), values[name]);
+    }
+
+    /** Sets what is a layer's own. */
+    setOwn(program, { query, front, backside, palette, stops, opacity }, look) {
+        this.set(program, "2fv", { isovalue: scaledIsovalue(this.spectrum, query.isovalue) });
+        this.set(program, "1ui", { rank: Math.max(query.active.rank, 0) });
+        this.set(program, "3fv", { front: front.slice(0, 3) });
+        const wire = palette ? COLOURED_WIRE : PLAIN_WIRE;
+        this.set(program, "4fv", { back: insideOf(backside, look), wire, ...stops && { map: stops } });
+        this.set(program, "1i", { palette });
+        this.set(program, "1f", { opacity });
     }
 
     setUniforms(program, layer, look, projection) {
         const { gl } = this;
-        const { query, front, backside, palette, stops } = layer;
+        const { clipFromVoxel, eyeFromVoxel, eyeFromNormal, depth, halfExtent, mirrored, isParallel } = projection;
+        const matrices = { clip_from_voxel: clipFromVoxel, eye_from_voxel: eyeFromVoxel, eye_from_normal: eyeFromNormal };
         const at = (name) => this.uniform(program, name);
-        gl.uniformMatrix4fv(at("clip_from_voxel"), false, projection.clipFromVoxel);
-        gl.uniformMatrix4fv(at("eye_from_voxel"), false, projection.eyeFromVoxel);
-        gl.uniformMatrix4fv(at("eye_from_normal"), false, projection.eyeFromNormal);
-        gl.uniform2fv(at("isovalue"), scaledIsovalue(this.spectrum, query.isovalue));
-        gl.uniform1ui(at("rank"), Math.max(query.active.rank, 0));
-        gl.uniform3fv(at("front"), front.slice(0, 3));
-        gl.uniform4fv(at("back"), insideOf(backside, look));
-        gl.uniform4fv(at("wire"), palette ? COLOURED_WIRE : PLAIN_WIRE);
-        gl.uniform1i(at("palette"), palette);
-        if (stops) gl.uniform4fv(at("map"), stops);
-        gl.uniform1f(at("wire_width"), look.wireframe ? look.pixelRatio : 0);
-        gl.uniform1i(at("mirrored"), projection.mirrored ? 1 : 0);
-        gl.uniform1i(at("parallel"), projection.isParallel ? 1 : 0);
-        gl.uniform1i(at("lamp"), look.lamp);
-        if (program === this.cut) this.setCut(program, layer, look);
+        for (const name in matrices) gl.uniformMatrix4fv(at(name), false, matrices[name]);
+        this.setOwn(program, layer, look);
+        this.set(program, "4fv", { plane: look.plane ?? [0, 0, 0, 1] });
+        this.set(program, "2fv", { depth, half_extent: halfExtent });
+        const { wireframe, pixelRatio, lamp } = look;
+        this.set(program, "1f", { silhouette: look.silhouette ? SILHOUETTE * pixelRatio : 0, wire_width: wireframe ? pixelRatio : 0 });
+        this.set(program, "1i", { mirrored, parallel: isParallel, lamp });
         this.tables.forEach(([name, texture], unit) => {
             gl.activeTexture(gl.TEXTURE0 + unit);
             gl.bindTexture(gl.TEXTURE_2D, texture);

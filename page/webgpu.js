@@ -11,6 +11,9 @@ const PLAIN_BACK = [0.72, 0.29, 0.16, 1];
 const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
 const COLOURED_WIRE = [0.008, 0.008, 0.01, 0.72];
 
+/** The width of silhouettes, CSS pixels. */
+const SILHOUETTE = 1.5;
+
 /** A number as the sum of two of single precision. */
 function splitInTwo(x) {
     const high = Math.fround(x);
@@ -55,7 +58,7 @@ function cutOf({ opacity }, { plane }, projection) {
 function drawingOrder(layers) {
     return [...layers.keys()].sort((i, j) => {
         const [a, b] = [layers[i], layers[j]];
-        return (a.opacity < 1) - (b.opacity < 1) || b.query.isovalue - a.query.isovalue || i - j;
+        return (a.opacity < 1) - (b.opacity < 1) || b.query.isovalue - a.query.isovalue;
     });
 }
 
@@ -67,6 +70,7 @@ function surfaceUniforms(spectrum, { query, front, backside, palette, stops }, l
     numbers.set(projection.eyeFromVoxel, 16);
     numbers.set(projection.eyeFromNormal, 32);
     numbers.set(front, 48);
+    numbers[51] = look.silhouette ? SILHOUETTE * look.pixelRatio : 0;
     numbers.set(insideOf(backside, look), 52);
     numbers.set(palette ? COLOURED_WIRE : PLAIN_WIRE, 56);
     numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
@@ -154,8 +158,7 @@ class WebGpuRenderer {
         this.compileCutPipelines = async () => {
             const made = {
                 clipped: surface("cut_fragment", {}, {}),
-                depthOnly: surface("depth_only_fragment", { writeMask: 0 }, {}),
-                transparent: surface("cut_fragment", blended, { depthWriteEnabled: false, depthCompare: "less-equal" }),
+                transparent: surface("cut_fragment", blended, { depthWriteEnabled: false }),
                 count: surface("depth_only_fragment", { writeMask: 0 }, {
                     depthWriteEnabled: false, depthCompare: "always",
                     stencilFront: { compare: "always", passOp: "decrement-wrap" },
@@ -203,11 +206,8 @@ class WebGpuRenderer {
         for (const error of errors) if (error) throw new Error(error.message);
     }
 
-    storage(size) {
-        return this.device.createBuffer({
-            size: Math.max(size, 32),
-            usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST,
-        });
+    storage(size, usage = GPUBufferUsage.STORAGE) {
+        return this.device.createBuffer({ size: Math.max(size, 32), usage: usage | GPUBufferUsage.COPY_DST });
     }
 
     bind(layer) {
@@ -229,6 +229,15 @@ class WebGpuRenderer {
             this.layers.push(layer);
         }
         return this.layers[i];
+    }
+
+    /** Uploads the order of a layer's corners. */
+    uploadOrder(layer, indices) {
+        if (!(layer.indices?.size >= indices.byteLength)) {
+            layer.indices?.destroy();
+            layer.indices = this.storage(4 * capacityFor(indices.length), GPUBufferUsage.INDEX);
+        }
+        this.device.queue.writeBuffer(layer.indices, 0, indices);
     }
 
     /** The number of triangles of the first layer. */
@@ -333,26 +342,39 @@ class WebGpuRenderer {
             },
         });
         for (const i of order) {
-            const { uniforms, cut, group, nTriangles } = this.layer(i);
-            const isCut = Boolean(look.plane) || layers[i].opacity < 1;
-            if (nTriangles === 0 || (isCut && !this.cutPipelines)) continue;
+            const { uniforms, cut } = this.layer(i);
             device.queue.writeBuffer(uniforms, 0, surfaceUniforms(this.spectrum, layers[i], look, projection));
-            if (isCut) device.queue.writeBuffer(cut, 0, cutOf(layers[i], look, projection));
-            pass.setBindGroup(0, group);
-            const draw = (pipeline, n = 3 * nTriangles) => {
-                pass.setPipeline(pipeline);
-                pass.draw(n);
-            };
-            if (look.plane && !look.open) {
-                draw(this.cutPipelines.count);
-                draw(this.cutPipelines.cap, 3);
-            }
-            if (layers[i].opacity < 1) {
-                // First depth, then colour: only the nearest triangles are visible, in any order of the triangles.
-                draw(this.cutPipelines.depthOnly);
-                draw(this.cutPipelines.transparent);
-            } else draw(look.plane ? this.cutPipelines.clipped : this.uncut);
+            device.queue.writeBuffer(cut, 0, cutOf(layers[i], look, projection));
         }
+        const choose = (i, pipeline) => {
+            pass.setBindGroup(0, this.layer(i).group);
+            pass.setPipeline(pipeline);
+        };
+        const draw = (i, pipeline, n = 3 * this.layer(i).nTriangles) => {
+            choose(i, pipeline);
+            pass.draw(n);
+        };
+        const cap = (i) => {
+            if (!look.plane || look.open) return;
+            draw(i, this.cutPipelines.count);
+            draw(i, this.cutPipelines.cap, 3);
+        };
+        const clear = order.filter((i) => layers[i].opacity < 1);
+        for (const i of order.slice(0, order.length - clear.length)) {
+            cap(i);
+            draw(i, look.plane ? this.cutPipelines.clipped : this.uncut);
+        }
+        // What remains is behind the clip plane, or in front of it.
+        const areCapsLast = isEyeCutOff(look, projection);
+        if (!areCapsLast) clear.forEach(cap);
+        const { sorted, runs } = depthOrder(layers, clear, projection);
+        for (const { i, indices } of sorted) this.uploadOrder(this.layer(i), indices);
+        for (const { i, first, end } of runs) {
+            choose(i, this.cutPipelines.transparent);
+            pass.setIndexBuffer(this.layer(i).indices, "uint32");
+            pass.drawIndexed(end - first, 1, first);
+        }
+        if (areCapsLast) clear.forEach(cap);
         pass.end();
     }
 

@@ -9,7 +9,7 @@ struct SurfaceUniforms {
     eye_from_voxel: mat4x4<f32>,
     /// Transforms normals to the eye frame, up to their length; the fourth row and column are not used.
     eye_from_normal: mat4x4<f32>,
-    /// Linear colour of the outer side of a plain surface.
+    /// Linear colour of the outer side of a plain surface. The last component is the width of the silhouette, pixels; 0 draws none.
     front: vec4<f32>,
     /// Linear colour of the inner side of a plain surface; tints that side of other surfaces. The last component is 1 where no
     /// inner side can be seen, because the surface is closed and not clipped: a triangle seen from there is a fold.
@@ -224,6 +224,12 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     // Derivatives come first: they need the neighbouring fragments to run the same way.
     let altitudes = altitudes_in_pixels(in.barycentric);
     let front = counter_clockwise != (frame.mirrored == 1u);
+    let towards_eye = select(normalize(-in.position), vec3(0.0, 0.0, 1.0), frame.parallel == 1u);
+    let of_triangle = cross(dpdx(in.position), dpdy(in.position));
+    let outline = silhouette_coverage(
+        select(-1.0, 1.0, front) * dot(normalize(in.normal), towards_eye),
+        abs(dot(of_triangle, towards_eye)) / max(length(of_triangle), 1e-20),
+    );
 
     var color = in.color;
     if (frame.palette == MAP) {
@@ -235,7 +241,6 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     if (!front && frame.back.w < 0.5) {
         albedo = select(mix(0.5 * color, frame.back.rgb, 0.25), frame.back.rgb, frame.palette == PLAIN);
     }
-    let towards_eye = select(normalize(-in.position), vec3(0.0, 0.0, 1.0), frame.parallel == 1u);
     // No inner side of a closed surface can be seen: its triangles that face away are folds, lit as the surface around them.
     var normal = normalize(select(-in.normal, in.normal, front || frame.back.w > 0.5));
     // Normals of folds and slivers may point away from the eye; mirrored, they are continuous with those around them.
@@ -243,6 +248,9 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     var lit = light(albedo, normal, towards_eye);
     if (frame.wire_width > 0.0) {
         lit = mix(lit, frame.wire.rgb, frame.wire.a * wire_coverage(in.barycentric, altitudes));
+    }
+    if (frame.front.w > 0.0) {
+        lit = mix(lit, frame.wire.rgb, frame.wire.a * outline);
     }
     return lit;
 }
@@ -276,6 +284,15 @@ fn altitudes_in_pixels(barycentric: vec3<f32>) -> vec3<f32> {
     let dx = dpdx(barycentric);
     let dy = dpdy(barycentric);
     return inverseSqrt(max(dx * dx + dy * dy, vec3(1e-12)));
+}
+
+/// Coverage of a fragment by the silhouette, from the cosine between normal and view. Near the silhouette of a smooth surface the cosine
+/// is as the square root of the distance to it in the picture, which therefore is half the cosine over its slope. Where the cosine
+/// is large, or that of the triangle's own normal, the surface is noise or has an edge, and is not turned away.
+fn silhouette_coverage(turned: f32, flat_turned: f32) -> f32 {
+    let slope = length(vec2(dpdx(turned), dpdy(turned)));
+    let inside = 0.5 * max(turned, 0.0) / max(slope, 1e-6);
+    return saturate(frame.front.w + 0.5 - inside) * (1.0 - smoothstep(0.35, 0.6, max(turned, flat_turned)));
 }
 
 /// Coverage of a fragment by the triangle's edges. Each side of an edge draws half its width. The lines fade if triangles are

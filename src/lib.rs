@@ -82,6 +82,7 @@ mod gpu;
 mod grouped;
 mod input;
 mod kernels;
+mod keys;
 mod mesh;
 mod numbers;
 mod output;

@@ -27,6 +27,7 @@ mod axis;
 mod background;
 mod box_edges;
 mod camera;
+mod depth_order;
 mod image;
 mod layer;
 mod light;

@@ -14,6 +14,9 @@
 mod actions;
 mod camera_control;
 mod closing;
+mod compute_dialog;
+mod controls;
+mod cost;
 mod cube;
 mod curves;
 mod file_chunks;
@@ -32,6 +35,7 @@ mod pinned;
 mod plot;
 mod pointer;
 mod pointing;
+mod preview;
 mod save;
 mod scene;
 mod start_screen;

@@ -16,6 +16,7 @@ const ORDER: &[&str] = &[
     "random",
     "disjoint_sets",
     "grouped",
+    "keys",
     "input",
     "ply_reader",
     "abandoned",

@@ -32,6 +32,7 @@ pub(crate) struct Appearance {
     pub(crate) opacity: f32,
     occlusion: Option<bool>,
     pub(crate) wireframe: bool,
+    pub(crate) silhouette: bool,
     pub(crate) axes: bool,
     pub(crate) open: bool,
     keep: Option<Kept>,

@@ -76,6 +76,7 @@ impl Pictured {
             .with_light(appearance.light()?)
             .with_clip(appearance.clip())
             .with_wireframe(appearance.wireframe.then_some(1.0))
+            .with_silhouette(appearance.silhouette)
             .with_opacity(appearance.opacity)
             .with_occlusion(appearance.occlusion()?.unwrap_or(false))
             .with_front(appearance.front()?)
@@ -112,6 +113,7 @@ pub(crate) fn still(
         .with_occlusion(look.occlusion.unwrap_or(false))
         .with_front(look.front)
         .with_wireframe(look.wireframe.then_some(1.0))
+        .with_silhouette(look.silhouette)
         .with_opacity(look.opacity);
     let mut renderer = Renderer::new(gpu, spectrum)?;
     renderer.set_sources(sources.clone());

@@ -336,6 +336,7 @@ impl Spectrum {
             let mut look = page::Look::default();
             look.occlusion = appearance.occlusion()?;
             look.wireframe = appearance.wireframe;
+            look.silhouette = appearance.silhouette;
             look.opacity = first.opacity.unwrap_or(appearance.opacity);
             look.clip = appearance.clip();
             look.background = background;

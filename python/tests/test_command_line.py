@@ -171,7 +171,7 @@ def test_a_page_with_all_options_equals_that_of_the_program(files, array, run, t
     run("html", files / "blobs.isp", "-o", tmp_path / "p.html", "-q", "-c", "0.3=bone@0.4", "-c", "0.7=red", "--title", "t",
         "--color-by", tmp_path / "field.npy", "--color-map", "vik", "--color-range", "p5:p95", "--color-center", "0.4",
         "--camera", "40,10", "--up", "-x", "--orthographic", "--clip", "-z:25%", "--occlusion", "--wireframe",
-        "--background", "dark", "--light", "below")  # fmt: skip
+        "--silhouette", "--background", "dark", "--light", "below")  # fmt: skip
     s = isospectrum.open(files / "blobs.isp")
     s.html(
         tmp_path / "ours.html",
@@ -187,6 +187,7 @@ def test_a_page_with_all_options_equals_that_of_the_program(files, array, run, t
         clip="-z:25%",
         occlusion=True,
         wireframe=True,
+        silhouette=True,
         background="dark",
         light="below",
     )
@@ -227,8 +228,8 @@ def test_a_picture_with_all_options_equals_that_of_the_program(files, array, run
     s.render(0.4, size=(320, 240), label="c = {isovalue}", **appearance, **colors).save(tmp_path / "ours.png")
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
     run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "320x240", "--scale-bar",
-        "--light", "left", "--color", "quality", "--no-legend", "--wireframe", "--clip", "-x:5")  # fmt: skip
-    options = {"scale_bar": True, "color": "quality", "legend": False, "wireframe": True, "clip": "-x:5", "light": "left"}
+        "--light", "left", "--color", "quality", "--no-legend", "--wireframe", "--silhouette", "--clip", "-x:5")  # fmt: skip
+    options = {"scale_bar": True, "color": "quality", "legend": False, "wireframe": True, "silhouette": True, "clip": "-x:5", "light": "left"}
     s.render(0.4, size=(320, 240), **options).save(tmp_path / "ours.png")
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
 

@@ -111,6 +111,9 @@ pub(super) struct Html {
     /// WebGPU on a GPU; `--occlusion=false`: not.
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PAGE)]
     occlusion: Option<bool>,
+    /// Draw thin lines where the surface turns away
+    #[arg(long, help_heading = heading::PAGE)]
+    silhouette: bool,
     /// Draw the edges of the triangles at first
     #[arg(long, help_heading = heading::PAGE)]
     wireframe: bool,
@@ -255,6 +258,7 @@ impl Html {
             occlusion: self.occlusion.or(style.occlusion),
             light: self.light.unwrap_or(style.light),
             wireframe: self.wireframe,
+            silhouette: self.silhouette,
             opacity: first
                 .and_then(|surface| surface.opacity)
                 .unwrap_or(self.cutaway.opacity as f32),
@@ -321,6 +325,7 @@ impl Html {
             .with_front(look.front)
             .with_light(look.light)
             .with_wireframe(look.wireframe.then_some(1.0))
+            .with_silhouette(look.silhouette)
             .with_clip(look.clip)
             .with_opacity(look.opacity);
         let mut renderer = Renderer::new(&gpu, spectrum)?;

@@ -26,6 +26,9 @@ pub(super) struct StyleArguments {
     /// Ambient occlusion in screen space. It shows form where noise hides it. `--occlusion=false`: not, whatever the style.
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PICTURE)]
     occlusion: Option<bool>,
+    /// Draw thin lines where the surface turns away
+    #[arg(long, help_heading = heading::PICTURE)]
+    silhouette: bool,
 }
 
 impl StyleArguments {
@@ -35,5 +38,6 @@ impl StyleArguments {
         let (light, occlusion) = (view.light, view.occlusion);
         view.with_light(self.light.unwrap_or(light))
             .with_occlusion(self.occlusion.unwrap_or(occlusion))
+            .with_silhouette(self.silhouette)
     }
 }

@@ -92,6 +92,12 @@ pub(super) struct View {
     /// Folder for pictures and meshes
     #[arg(long, value_name = "FOLDER", default_value = ".", help_heading = heading::OUTPUT)]
     folder: PathBuf,
+    /// Read spectra of more triangles in parts
+    #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, hide_short_help = true, help_heading = heading::MACHINE)]
+    max_triangles: u64,
+    /// File for the names and places of the window's controls, for tests
+    #[arg(long, value_name = "FILE", hide = true)]
+    controls: Option<PathBuf>,
     /// GPU to use, by a part of its name
     #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::MACHINE)]
     adapter: Option<String>,
@@ -120,7 +126,9 @@ impl View {
             None => Default::default(),
         };
         let clip = self.cutaway.clip.map(|clip| match (&content, header) {
-            (Content::Volume(volume), _) => clip.of_grid(volume.dims(), volume.placement()),
+            (Content::Volume(volume) | Content::Phantom(volume), _) => {
+                clip.of_grid(volume.dims(), volume.placement())
+            }
             (_, Some(spectrum)) => clip.of(spectrum.volume()),
             (_, None) => clip.of_grid([2; 3], &Placement::default()),
         });
@@ -151,8 +159,10 @@ impl View {
                 .with_clip(clip)
                 .with_opacity(opacity.unwrap_or(self.cutaway.opacity as f32)),
             parameters: Parameters::default().with_error(self.error).with_step(self.step),
+            max_triangles: self.max_triangles,
             adapter: self.adapter.clone(),
             folder: self.folder.clone(),
+            controls: self.controls.clone(),
         })?;
         Ok(())
     }
@@ -161,7 +171,7 @@ impl View {
     fn content(&self) -> Result<Content> {
         let Some(path) = &self.file else {
             let volume = self.phantom.as_deref().map(phantom).transpose()?;
-            return Ok(volume.map_or(Content::Nothing, |volume| Content::Volume(volume.into())));
+            return Ok(volume.map_or(Content::Nothing, |volume| Content::Phantom(volume.into())));
         };
         if Format::of_name(path).is_err() {
             return Ok(Content::Volume(read(path)?.into()));
@@ -169,7 +179,7 @@ impl View {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(match Opened::open(path)? {
             Opened::Whole(spectrum, _) => Content::Spectrum(name, spectrum),
-            Opened::File(file) if file.size().triangles > MAX_TRIANGLES => {
+            Opened::File(file) if file.size().triangles > self.max_triangles => {
                 Content::File(name, Arc::from(file))
             }
             // Read before there is a window, so that a damaged file is an error of one line.
@@ -183,7 +193,7 @@ fn header(content: &Content) -> Option<&Spectrum> {
     match content {
         Content::Spectrum(_, spectrum) => Some(spectrum),
         Content::File(_, file) => Some(file.description()),
-        Content::Nothing | Content::Volume(_) => None,
+        Content::Nothing | Content::Volume(_) | Content::Phantom(_) => None,
     }
 }
 

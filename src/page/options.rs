@@ -151,6 +151,8 @@ pub struct Look {
     pub occlusion: Option<bool>,
     /// Whether the edges of triangles are drawn.
     pub wireframe: bool,
+    /// Whether lines show where the surface turns away from the eye.
+    pub silhouette: bool,
     /// The opacity of the surface, 0 to 1.
     pub opacity: f32,
     /// A plane across an axis of the volume; the surface beyond it is not drawn.
@@ -170,6 +172,7 @@ impl Default for Look {
         Look {
             occlusion: None,
             wireframe: false,
+            silhouette: false,
             opacity: 1.0,
             clip: None,
             light: Light::default(),
@@ -198,6 +201,7 @@ impl Look {
         Ok(serde_json::json!({
             "occlusion": self.occlusion,
             "wireframe": self.wireframe,
+            "silhouette": self.silhouette,
             "opacity": rounded(self.opacity),
             "clip": self.clip.map(|clip| clip_to_json(clip, spectrum)).transpose()?,
             "light": self.light.name(),

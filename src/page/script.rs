@@ -7,7 +7,7 @@ use super::compact::compact;
 use super::{names, tokens};
 
 /// The scripts in the order in which the page has them, without the one that starts it.
-const SCRIPTS: [&str; 44] = [
+const SCRIPTS: [&str; 45] = [
     include_str!("../../page/unpack.js"),
     include_str!("../../page/coder.js"),
     include_str!("../../page/file.js"),
@@ -22,6 +22,7 @@ const SCRIPTS: [&str; 44] = [
     include_str!("../../page/camera.js"),
     include_str!("../../page/colors.js"),
     include_str!("../../page/occlusion.js"),
+    include_str!("../../page/depth_order.js"),
     include_str!("../../page/webgpu.js"),
     include_str!("../../page/webgl2.js"),
     include_str!("../../page/elements.js"),

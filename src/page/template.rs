@@ -1,6 +1,7 @@
 //! Fills the template of the page, `page/page.html`.
 
 use super::options::Page;
+use crate::keys::{KEYS, KeyHelp, Place};
 
 const TEMPLATE: &str = include_str!("../../page/page.html");
 const STYLE: &str = include_str!("../../page/page.css");
@@ -52,6 +53,7 @@ pub(super) fn fill(parts: &Parts) -> String {
         "version" => env!("CARGO_PKG_VERSION").into(),
         "still" => still.clone(),
         "style" => STYLE.into(),
+        "keys" => key_rows(),
         "wgsl" => WGSL.into(),
         "cut" => CUT.into(),
         "occlusion" => OCCLUSION.into(),
@@ -70,6 +72,22 @@ pub(super) fn fill(parts: &Parts) -> String {
         }
         _ => unreachable!("a test fills every name of the template"),
     })
+}
+
+/// The rows of the help.
+fn key_rows() -> String {
+    // Every other part is between backticks.
+    let with_keys = |text: &str| {
+        let parts = text.split('`').enumerate().map(|(i, part)| match i % 2 {
+            0 => escaped(part),
+            _ => format!("<kbd>{}</kbd>", escaped(part)),
+        });
+        parts.collect::<String>()
+    };
+    let row = |KeyHelp { input, meaning, .. }: &KeyHelp| {
+        format!("<tr><th>{}</th><td>{}</td></tr>\n", with_keys(input), with_keys(meaning))
+    };
+    KEYS.iter().filter(|key| key.place != Place::Window).map(row).collect()
 }
 
 /// Replaces every `{{name}}` of a template by its value, in one pass: names within values are not replaced.
@@ -137,7 +155,26 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::keys::keys_of;
     use crate::page::script::script;
+
+    #[test]
+    fn every_key_of_the_help_is_in_the_script() {
+        let script = include_str!("../../page/input.js");
+        for key in KEYS.iter().filter(|key| key.place != Place::Window) {
+            for name in keys_of(key.input).chain(keys_of(key.meaning)) {
+                let name = match name {
+                    "Ctrl" | "Shift" | "1" | "2" | "3" | "4" | "5" | "6" => continue,
+                    "Space" => " ".to_owned(),
+                    letter if letter.len() == 1 => letter.to_lowercase(),
+                    other => other.replace(' ', ""),
+                };
+                let [plain, quoted] =
+                    [format!("\n        {name}: "), format!("\n        \"{name}\": ")];
+                assert!(script.contains(&plain) || script.contains(&quoted), "{name}");
+            }
+        }
+    }
 
     #[test]
     fn every_name_in_the_template_is_replaced_and_names_in_values_are_not() {

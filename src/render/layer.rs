@@ -1,8 +1,9 @@
 //! One isosurface of a picture: its active triangles in the shader's format.
 
-use glam::{DMat4, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
+use super::depth_order;
 use super::pipeline::create_uniform_buffer;
 use super::shader_types::{ActiveTriangle, Cut, SurfaceUniforms, encode_fractions, encode_normal};
 use super::storage_buffer::StorageBuffer;
@@ -38,8 +39,28 @@ pub(super) struct TriangleList {
     pub(super) uploaded_rank: Option<u32>,
     /// The index in the mesh of each triangle.
     mesh_indices: Vec<u32>,
-    /// Centroids of the triangles, voxel frame; only if they are sorted by depth.
-    centroids: Vec<Vec3>,
+    /// The triangles in the order of drawing, of a translucent surface.
+    sorted: Option<Sorted>,
+}
+
+/// Triangles sorted by depth.
+#[derive(Debug, PartialEq)]
+struct Sorted {
+    triangles: Vec<ActiveTriangle>,
+    /// Where the slabs of [`depth_order`] begin, and the end.
+    slabs: Vec<u32>,
+}
+
+impl TriangleList {
+    /// The triangles in the order of drawing.
+    pub(super) fn drawn(&self) -> &[ActiveTriangle] {
+        self.sorted.as_ref().map_or(&self.triangles, |sorted| &sorted.triangles)
+    }
+
+    /// Where the slabs of a translucent surface begin, and the end.
+    pub(super) fn slabs(&self) -> &[u32] {
+        self.sorted.as_ref().map_or(&[], |sorted| &sorted.slabs)
+    }
 }
 
 /// The inputs of a list: an equal key means an equal list.
@@ -118,7 +139,7 @@ impl Layer {
             attribute,
             uploaded_rank: None,
             mesh_indices,
-            centroids: Vec::new(),
+            sorted: None,
         };
         Ok(())
     }
@@ -142,30 +163,28 @@ impl Layer {
         (&self.mesh, self.assembly.vertices())
     }
 
-    /// Sorts the triangles from the farthest to the nearest, for translucent surfaces. Triangles of equal depth keep their
-    /// order.
-    pub(super) fn sort_by_depth(&mut self, eye_from_voxel: DMat4) {
-        let mesh = &self.mesh;
-        let TriangleList { triangles, mesh_indices, centroids, uploaded_rank, .. } = &mut self.list;
-        if centroids.len() != triangles.len() {
-            let centroid = |&i: &u32| {
-                let corners = mesh.triangles[i as usize];
-                corners.iter().map(|&v| Vec3::from(mesh.positions[v as usize])).sum::<Vec3>() / 3.0
-            };
-            *centroids = mesh_indices.par_iter().map(centroid).collect();
+    /// The depths of the triangles of the list, which is that of an isovalue.
+    pub(super) fn depths(
+        &mut self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+        towards_eye: DVec3,
+    ) -> Vec<f32> {
+        self.mesh_at(spectrum, isovalue);
+        depth_order::depths(&self.mesh, &self.list.mesh_indices, towards_eye)
+    }
+
+    /// Sorts the triangles for drawing by the slabs of [`depth_order`], within a range of depths; or undoes that.
+    pub(super) fn sort(&mut self, depths: Option<(&[f32], (f32, f32))>) {
+        let list = &mut self.list;
+        let sorted = depths.map(|(depths, range)| {
+            let (slabs, places) = depth_order::slabs(depths, range);
+            let triangles = places.iter().map(|&i| list.triangles[i as usize]).collect();
+            Sorted { triangles, slabs }
+        });
+        if list.sorted != sorted {
+            (list.sorted, list.uploaded_rank) = (sorted, None);
         }
-        let towards_eye = eye_from_voxel.row(2).truncate().as_vec3();
-        let depth = |i: usize| centroids[i].dot(towards_eye);
-        let mut order: Vec<(f32, u32)> =
-            (0..triangles.len()).map(|i| (depth(i), i as u32)).collect();
-        if order.is_sorted_by(|a, b| a.0 <= b.0) {
-            return;
-        }
-        order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        *triangles = order.iter().map(|&(_, i)| triangles[i as usize]).collect();
-        *centroids = order.iter().map(|&(_, i)| centroids[i as usize]).collect();
-        *mesh_indices = order.iter().map(|&(_, i)| mesh_indices[i as usize]).collect();
-        *uploaded_rank = None;
     }
 }
 

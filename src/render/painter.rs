@@ -9,10 +9,12 @@
 
 use super::background::Background;
 use super::box_edges::BoxEdges;
+use super::depth_order;
 use super::image::Image;
 use super::layer::{Layer, TriangleList};
 use super::occlusion::Occlusion;
 use super::pipeline::{Pipelines, supported_sample_count, with_error_scope};
+use super::projection::Projection;
 use super::shader_types::{ActiveTriangle, decode_normal};
 use super::storage_buffer::StorageBuffer;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE};
@@ -23,6 +25,7 @@ use crate::color::{Attribute, ColorSources, Map};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::spectrum::{Keep, Mesh, Picked, Spectrum};
+use crate::volume::Outside;
 
 /// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers between them. Every call
 /// takes the spectrum that the painter was created with.
@@ -103,9 +106,9 @@ impl Painter {
         Ok(())
     }
 
-    /// Draws isosurfaces into the painter's texture, each in the order of its triangles' indices: the picture depends on the
-    /// arguments only, never on previous pictures. Opaque surfaces come first, then translucent ones from the highest isovalue
-    /// to the lowest, because a surface of a higher isovalue is inside that of a lower one.
+    /// Draws isosurfaces into the painter's texture: the picture depends on the arguments only, never on previous pictures.
+    /// Opaque surfaces come first, each in the order of its triangles' indices, then translucent ones, all of them together from
+    /// the farthest triangles to the nearest, as far as slabs of the depth tell.
     ///
     /// # Errors
     ///
@@ -133,10 +136,8 @@ impl Painter {
             // Only components of the first surface are picked.
             let picked = if i == 0 { view.picked.clone() } else { Picked::default() };
             layer.update(spectrum, surface.isovalue, view, picked, &self.sources)?;
-            if surface.opacity_in(view) < 1.0 {
-                layer.sort_by_depth(projection.eye_from_voxel);
-            }
         }
+        self.sort_translucent(spectrum, surfaces, view, &projection);
         let n_samples = self.n_samples;
         let size = (view.width, view.height);
         let target = match self.target.take().filter(|t| (t.width, t.height) == size) {
@@ -153,7 +154,8 @@ impl Painter {
             self.box_edges = Some(edges);
         }
         let map = self.map(view);
-        let draws: Vec<LayerDraw> = (drawing_order(surfaces, view).into_iter())
+        let order = drawing_order(surfaces, view, spectrum.volume().outside);
+        let draws: Vec<LayerDraw> = (order.into_iter())
             .map(|layer| LayerDraw {
                 layer,
                 frame: frame(spectrum, &surfaces[layer], layer, view, &projection, map),
@@ -296,6 +298,26 @@ impl Painter {
         &self.sources
     }
 
+    /// Sorts the triangles of translucent surfaces for drawing.
+    fn sort_translucent(
+        &mut self,
+        spectrum: &Spectrum,
+        surfaces: &[Surface],
+        view: &View,
+        projection: &Projection,
+    ) {
+        let towards_eye = projection.eye_from_voxel.row(2).truncate();
+        let depths = self.layers.iter_mut().zip(surfaces).map(|(layer, surface)| {
+            let is_translucent = surface.opacity_in(view) < 1.0;
+            is_translucent.then(|| layer.depths(spectrum, surface.isovalue, towards_eye))
+        });
+        let depths: Vec<Option<Vec<f32>>> = depths.collect();
+        let range = depth_order::range(depths.iter().flatten().flatten());
+        for (layer, depths) in self.layers.iter_mut().zip(&depths) {
+            layer.sort(depths.as_deref().map(|depths| (depths, range)));
+        }
+    }
+
     fn active_triangles(&self, surface: usize) -> &[ActiveTriangle] {
         self.layers.get(surface).map_or(&[], |layer| &layer.list.triangles)
     }
@@ -325,11 +347,15 @@ impl Painter {
 }
 
 /// Indices of the surfaces in drawing order: opaque ones, then translucent ones, inner surfaces first.
-fn drawing_order(surfaces: &[Surface], view: &View) -> Vec<usize> {
+fn drawing_order(surfaces: &[Surface], view: &View, outside: Outside) -> Vec<usize> {
     let mut order: Vec<usize> = (0..surfaces.len()).collect();
     let is_translucent = |i: usize| surfaces[i].opacity_in(view) < 1.0;
     order.sort_by(|&i, &j| {
-        let inner_first = surfaces[j].isovalue.total_cmp(&surfaces[i].isovalue);
+        let lower_first = surfaces[i].isovalue.total_cmp(&surfaces[j].isovalue);
+        let inner_first = match outside {
+            Outside::Low => lower_first.reverse(),
+            Outside::High => lower_first,
+        };
         is_translucent(i).cmp(&is_translucent(j)).then(match is_translucent(i) {
             true => inner_first,
             false => i.cmp(&j),

@@ -1,20 +1,31 @@
 //! The render passes of a picture: layers, caps, occlusion and the volume's box, in order, each layer in batches of triangles.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use super::background::Background;
+use super::depth_order::{self, Run};
 use super::painter::Painter;
 use super::pipeline::PassKind;
 use super::shader_types::ActiveTriangle;
 use super::tables::{self, Tables};
-use super::uniforms::{LayerDraw, Picture, cut, is_cut};
+use super::uniforms::{LayerDraw, Picture, cut, is_cut, is_eye_cut_off};
 use super::view::View;
 use crate::spectrum::Spectrum;
 
-/// A pass over one layer.
-#[derive(Clone, Copy)]
+/// A draw of one layer.
+#[derive(Clone, Debug)]
 struct LayerPass {
     layer: usize,
     opacity: f32,
     kind: PassKind,
+    /// Of the uploaded triangles, or of the one triangle that covers the picture for a cap.
+    corners: Range<u32>,
+}
+
+/// Whether the clip plane is closed where it cuts surfaces.
+fn has_caps(view: &View) -> bool {
+    view.clip.is_some() && !view.open
 }
 
 impl Painter {
@@ -28,11 +39,20 @@ impl Painter {
         // The first pass clears the picture and takes the background.
         let mut background = Some(view.background);
         for draw in opaque {
-            self.draw_layer(picture, draw, keeps_tables, &mut background);
+            // The cap comes first, because it hides the surface behind it.
+            self.draw_cap(picture, draw, keeps_tables, &mut background);
+            let all = 0..self.n_drawn(draw);
+            self.draw_triangles(
+                picture,
+                draw,
+                PassKind::Surface,
+                all,
+                keeps_tables,
+                &mut background,
+            );
         }
         if let Some(background) = background.take_if(|_| translucent.is_empty() || view.axes) {
-            let pass = LayerPass { layer: 0, opacity: 1.0, kind: PassKind::Surface };
-            self.render_pass(picture, pass, 0, Some(background));
+            self.render_pass(picture, &[], Some(background));
         }
         // Translucent layers write no depth: they blend over the occlusion and over the lines behind them.
         if let Some(occlusion) = self.occlusion.as_ref().filter(|_| view.occlusion && n_opaque > 0)
@@ -43,61 +63,133 @@ impl Painter {
             let (volume, background) = (spectrum.volume(), view.background);
             edges.draw(&self.device, &self.queue, target, volume, projection, background);
         }
-        for draw in translucent {
-            self.draw_layer(picture, draw, keeps_tables, &mut background);
+        if !translucent.is_empty() {
+            self.draw_translucent(picture, translucent, keeps_tables, &mut background);
         }
     }
 
-    /// Draws one layer in batches of triangles. Its first pass clears the picture if `background` is still there.
-    fn draw_layer(
+    /// Draws translucent layers, inner ones first in the list: all of them together, from the farthest triangles to the nearest.
+    fn draw_translucent(
         &mut self,
         picture: &Picture<'_>,
-        &LayerDraw { layer: i, mut frame, opacity }: &LayerDraw,
+        draws: &[LayerDraw],
         keeps_tables: bool,
         background: &mut Option<Background>,
     ) {
-        let Picture { spectrum, view, .. } = *picture;
-        let cut = cut(view, opacity, picture.projection);
-        let rank = frame.rank;
-        let triangles = std::mem::take(&mut self.layers[i].list.triangles);
-        let n_batches = triangles.len().div_ceil(self.triangles_per_batch).max(1);
-        // The cap comes first, because it hides the surface behind it.
-        let kinds: &[PassKind] = match view.clip.is_some() && !view.open {
-            true => &[PassKind::CountFaces, PassKind::Cap, PassKind::Surface],
-            false => &[PassKind::Surface],
-        };
-        let passes = kinds.iter().flat_map(|&kind| {
-            let n = if kind == PassKind::Cap { 1 } else { n_batches };
-            (0..n).map(move |batch| (kind, batch))
-        });
-        for (kind, batch) in passes {
-            let first = batch * self.triangles_per_batch;
-            let batch = &triangles[first..triangles.len().min(first + self.triangles_per_batch)];
-            frame.rank = match self.layers[i].list.uploaded_rank {
-                Some(rank) => rank,
-                None => self.upload_batch(spectrum, i, batch, rank),
-            };
-            if keeps_tables && n_batches == 1 {
-                self.layers[i].list.uploaded_rank = Some(frame.rank);
+        // All that remains is behind the plane, or in front of it.
+        let are_caps_last = is_eye_cut_off(picture.view, picture.projection);
+        if !are_caps_last {
+            for draw in draws {
+                self.draw_cap(picture, draw, keeps_tables, background);
             }
-            let layer = &self.layers[i];
-            self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
-            if let Some(cut) = &cut {
-                self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
-            }
-            let n_corners = if kind == PassKind::Cap { 3 } else { 3 * batch.len() };
-            let pass = LayerPass { layer: i, opacity, kind };
-            self.render_pass(picture, pass, n_corners, background.take());
         }
-        self.layers[i].list.triangles = triangles;
+        let slabs: Vec<&[u32]> =
+            draws.iter().map(|draw| self.layers[draw.layer].list.slabs()).collect();
+        let runs = depth_order::runs(&slabs);
+        let fits = |draw: &LayerDraw| self.n_drawn(draw) <= self.triangles_per_batch;
+        if keeps_tables && draws.iter().all(fits) {
+            for draw in draws {
+                self.upload(picture, draw, 0..self.n_drawn(draw), keeps_tables);
+            }
+            let passes = runs.iter().map(|run| {
+                let &LayerDraw { layer, opacity, .. } = &draws[run.surface];
+                let corners = 3 * run.first as u32..3 * run.end as u32;
+                LayerPass { layer, opacity, kind: PassKind::Surface, corners }
+            });
+            let passes: Vec<LayerPass> = passes.collect();
+            self.render_pass(picture, &passes, background.take());
+        } else {
+            for Run { surface, first, end } in runs {
+                let (draw, kind) = (&draws[surface], PassKind::Surface);
+                self.draw_triangles(picture, draw, kind, first..end, keeps_tables, background);
+            }
+        }
+        if are_caps_last {
+            for draw in draws {
+                self.draw_cap(picture, draw, keeps_tables, background);
+            }
+        }
+        if let Some(background) = background.take() {
+            self.render_pass(picture, &[], Some(background));
+        }
     }
 
-    /// Submits one pass over the uploaded triangles of a layer; `clear` for the first pass of a picture.
+    /// Closes one layer where the clip plane cuts it.
+    fn draw_cap(
+        &mut self,
+        picture: &Picture<'_>,
+        draw: &LayerDraw,
+        keeps_tables: bool,
+        background: &mut Option<Background>,
+    ) {
+        if !has_caps(picture.view) {
+            return;
+        }
+        let all = 0..self.n_drawn(draw);
+        self.draw_triangles(picture, draw, PassKind::CountFaces, all, keeps_tables, background);
+        let &LayerDraw { layer, opacity, .. } = draw;
+        let pass = LayerPass { layer, opacity, kind: PassKind::Cap, corners: 0..3 };
+        self.render_pass(picture, &[pass], background.take());
+    }
+
+    /// Draws triangles of one layer in batches. The first pass of a picture clears it and takes the background.
+    fn draw_triangles(
+        &mut self,
+        picture: &Picture<'_>,
+        draw: &LayerDraw,
+        kind: PassKind,
+        triangles: Range<usize>,
+        keeps_tables: bool,
+        background: &mut Option<Background>,
+    ) {
+        let &LayerDraw { layer, opacity, .. } = draw;
+        // A layer without triangles has its uniforms, too, and clears the picture.
+        for first in (triangles.start..triangles.end.max(triangles.start + 1))
+            .step_by(self.triangles_per_batch)
+        {
+            let batch = first..triangles.end.min(first + self.triangles_per_batch);
+            let corners = 0..3 * batch.len() as u32;
+            self.upload(picture, draw, batch, keeps_tables);
+            let pass = LayerPass { layer, opacity, kind, corners };
+            self.render_pass(picture, &[pass], background.take());
+        }
+    }
+
+    /// Uploads triangles of a layer, unless all of them are on the device, and its uniforms.
+    fn upload(
+        &mut self,
+        &Picture { spectrum, view, projection, .. }: &Picture<'_>,
+        &LayerDraw { layer: i, mut frame, opacity }: &LayerDraw,
+        batch: Range<usize>,
+        keeps_tables: bool,
+    ) {
+        frame.rank = match self.layers[i].list.uploaded_rank {
+            Some(rank) => rank,
+            None => {
+                let is_whole = batch.len() == self.layers[i].list.drawn().len();
+                let batch = self.layers[i].list.drawn()[batch].to_vec();
+                let rank = self.upload_batch(spectrum, i, batch, frame.rank);
+                self.layers[i].list.uploaded_rank = (keeps_tables && is_whole).then_some(rank);
+                rank
+            }
+        };
+        let layer = &self.layers[i];
+        self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
+        if let Some(cut) = &cut(view, opacity, projection) {
+            self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
+        }
+    }
+
+    /// Number of triangles of a layer.
+    fn n_drawn(&self, draw: &LayerDraw) -> usize {
+        self.layers[draw.layer].list.drawn().len()
+    }
+
+    /// Submits a pass that draws uploaded triangles; `clear` for the first pass of a picture.
     fn render_pass(
         &self,
         &Picture { target, view, .. }: &Picture<'_>,
-        pass: LayerPass,
-        n_corners: usize,
+        draws: &[LayerPass],
         clear: Option<Background>,
     ) {
         let mut encoder = self
@@ -129,11 +221,15 @@ impl Painter {
             }),
             ..Default::default()
         });
-        if n_corners > 0 {
-            let pipeline = self.pipelines.of(pass.kind, view, pass.opacity);
+        let mut bind_groups: BTreeMap<usize, wgpu::BindGroup> = BTreeMap::new();
+        for draw in draws.iter().filter(|draw| !draw.corners.is_empty()) {
+            let pipeline = self.pipelines.of(draw.kind, view, draw.opacity);
+            let group = bind_groups
+                .entry(draw.layer)
+                .or_insert_with(|| self.bind_group(pipeline, draw, view));
             render_pass.set_pipeline(pipeline);
-            render_pass.set_bind_group(0, &self.bind_group(pipeline, pass, view), &[]);
-            render_pass.draw(0..n_corners as u32, 0..1);
+            render_pass.set_bind_group(0, &*group, &[]);
+            render_pass.draw(draw.corners.clone(), 0..1);
         }
         drop(render_pass);
         self.queue.submit([encoder.finish()]);
@@ -143,7 +239,7 @@ impl Painter {
     fn bind_group(
         &self,
         pipeline: &wgpu::RenderPipeline,
-        pass: LayerPass,
+        pass: &LayerPass,
         view: &View,
     ) -> wgpu::BindGroup {
         let layer = &self.layers[pass.layer];
@@ -176,15 +272,14 @@ impl Painter {
         &mut self,
         spectrum: &Spectrum,
         layer: usize,
-        triangles: &[ActiveTriangle],
+        mut triangles: Vec<ActiveTriangle>,
         rank: u32,
     ) -> u32 {
         let buffer = &mut self.layers[layer].triangle_buffer;
         if self.resident {
-            buffer.write(&self.device, &self.queue, triangles);
+            buffer.write(&self.device, &self.queue, &triangles);
             return rank;
         }
-        let mut triangles = triangles.to_vec();
         let (tables, rank) = tables::of_triangles(spectrum, &mut triangles, rank);
         buffer.write(&self.device, &self.queue, &triangles);
         self.upload_tables(&tables);

@@ -28,6 +28,9 @@ pub(super) struct LayerDraw {
 /// Linear colours of the two sides of the first surface of a picture; the second surface has them swapped.
 const SIDE_COLORS: [[f32; 4]; 2] = [[0.170, 0.490, 0.470, 1.0], [0.720, 0.290, 0.160, 1.0]];
 
+/// Width of a silhouette, pixels.
+const SILHOUETTE_WIDTH: f32 = 1.5;
+
 /// Brightness of the inner side of a surface with a colour of its own, relative to the other side.
 const BACK_SIDE_BRIGHTNESS: f32 = 0.45;
 
@@ -59,13 +62,14 @@ pub(super) fn frame(
         _ => Some(plain_color(layer)),
     };
     let color = color.or(default);
-    let [front, mut back] = match color {
+    let [mut front, mut back] = match color {
         Some([r, g, b]) => {
             let [back_r, back_g, back_b] = [r, g, b].map(|c| BACK_SIDE_BRIGHTNESS * c);
             [[r, g, b, 1.0], [back_r, back_g, back_b, 1.0]]
         }
         None => [SIDE_COLORS[layer % 2], SIDE_COLORS[(layer + 1) % 2]],
     };
+    front[3] = if view.silhouette { SILHOUETTE_WIDTH } else { 0.0 };
     // No inner side of a closed surface can be seen.
     back[3] = if view.open || view.clip.is_some() { 0.0 } else { 1.0 };
     let palette = match view.color {
@@ -104,18 +108,25 @@ pub(super) fn is_cut(view: &View, opacity: f32) -> bool {
     view.clip.is_some() || opacity < 1.0
 }
 
+/// Whether the eye is on the side of the clip plane where nothing is shown.
+pub(super) fn is_eye_cut_off(view: &View, projection: &Projection) -> bool {
+    let [_, _, towards_eye, at_eye] = plane(view, projection).to_array();
+    (if projection.parallel { towards_eye } else { at_eye }) < 0.0
+}
+
+/// The clip plane in the eye frame; without one, a plane that clips nothing.
+fn plane(view: &View, projection: &Projection) -> glam::DVec4 {
+    // Planes transform with the inverse transpose.
+    view.clip.map_or(glam::DVec4::W, |clip| {
+        let kept = -DVec3::from_array(clip.normal);
+        projection.eye_from_voxel.inverse().transpose() * kept.extend(clip.offset)
+    })
+}
+
 /// The clip plane in the eye frame and the opacity of a surface, if it [`is_cut`].
 pub(super) fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
-    let plane = match view.clip {
-        // Planes transform with the inverse transpose.
-        Some(clip) => {
-            let kept = -DVec3::from_array(clip.normal);
-            projection.eye_from_voxel.inverse().transpose() * kept.extend(clip.offset)
-        }
-        None => glam::DVec4::W,
-    };
     is_cut(view, opacity).then(|| Cut {
-        plane: plane.as_vec4().to_array(),
+        plane: plane(view, projection).as_vec4().to_array(),
         opacity,
         depth: projection.depth.map(|x| x as f32),
         half_extent: projection.half_extent.map(|x| x as f32),

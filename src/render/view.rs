@@ -30,6 +30,8 @@ pub struct View {
     pub ends: ScaleEnds,
     /// Width of the triangles' edges, pixels; `None` draws no edges.
     pub wireframe: Option<f32>,
+    /// Whether lines show where a surface turns away from the eye.
+    pub silhouette: bool,
     /// The background.
     pub background: Background,
     /// Whether caps are left out, which opens the surface at the border of the volume.
@@ -119,6 +121,7 @@ impl Default for View {
             map: None,
             ends: ScaleEnds::default(),
             wireframe: None,
+            silhouette: false,
             background: Background::White,
             open: false,
             keep: Keep::default(),
@@ -152,6 +155,7 @@ impl View {
         with_scale_bar(scale_bar: bool),
         with_opacity(opacity: f32),
         with_occlusion(occlusion: bool),
+        with_silhouette(silhouette: bool),
         with_light(light: Light);
         optional:
         with_look_at(look_at: [f64; 3]),

@@ -29,8 +29,14 @@ pub(super) enum Action {
     Event { is_up: bool },
     /// Turn by steps of [`KEY_DEGREES`] of azimuth and elevation.
     Turn([f64; 2]),
+    /// Move by steps of [`KEY_PIXELS`], right and down.
+    Move([f64; 2]),
+    /// Go to the first or the last isovalue of the range.
+    End { is_high: bool },
     /// Fit the shown surfaces.
     Fit,
+    /// Fit the surfaces of all isovalues.
+    FitAll,
     /// Magnify by a factor.
     Zoom(f64),
     /// Undo the last change of the view.
@@ -54,39 +60,6 @@ pub(super) enum Action {
     /// Help on or off.
     Help,
 }
-
-/// The keys and their actions, for the help.
-pub(super) const HELP: [(&str, &str); 29] = [
-    ("left drag", "turn"),
-    ("middle or right drag", "move"),
-    ("both buttons, Ctrl + wheel, pinch", "zoom"),
-    ("wheel, comma and period, Page Up and Page Down", "step through isovalues"),
-    ("Shift with them", "fine steps"),
-    ("arrow keys", "turn"),
-    ("Z", "fit the shown surfaces"),
-    ("double click", "put that point in the middle"),
-    ("Space", "play the sweep"),
-    ("N, P", "next and previous isovalue with events"),
-    ("+, -", "zoom"),
-    ("R", "reset the view"),
-    ("1 to 6", "look from +x, -x, +y, -y, +z, -z"),
-    ("Ctrl + Z, Ctrl + Y", "undo and redo changes of the view"),
-    ("K, X", "keep only the component under the pointer, hide it"),
-    ("A", "show all components again"),
-    ("C", "colour by component"),
-    ("M", "measure between two clicks on the surface"),
-    ("F", "full screen"),
-    ("S", "save the picture"),
-    ("Ctrl + S", "save under a name, as a picture or a mesh"),
-    ("Ctrl + O", "open a spectrum or a volume"),
-    ("W", "edges of the triangles"),
-    ("G", "box, axes and scale bar"),
-    ("O", "parallel projection"),
-    ("D", "dark hollows"),
-    ("B", "close or open at the border of the volume"),
-    ("H", "this help"),
-    ("drop files", "open spectra or volumes"),
-];
 
 /// The actions of the pressed keys; none while a text is edited.
 pub(super) fn pressed(window: &Context) -> Vec<Action> {
@@ -115,6 +88,10 @@ fn of_key(event: &Event) -> Option<Action> {
     }
     let step = |steps| Some(Action::Step { steps, is_fine: modifiers.shift });
     match key {
+        Key::ArrowRight if modifiers.shift => return Some(Action::Move([1.0, 0.0])),
+        Key::ArrowLeft if modifiers.shift => return Some(Action::Move([-1.0, 0.0])),
+        Key::ArrowUp if modifiers.shift => return Some(Action::Move([0.0, -1.0])),
+        Key::ArrowDown if modifiers.shift => return Some(Action::Move([0.0, 1.0])),
         Key::ArrowRight => return Some(Action::Turn([1.0, 0.0])),
         Key::ArrowLeft => return Some(Action::Turn([-1.0, 0.0])),
         Key::ArrowUp => return Some(Action::Turn([0.0, 1.0])),
@@ -135,6 +112,9 @@ fn of_key(event: &Event) -> Option<Action> {
         Key::Space => Some(Action::Play),
         Key::R => Some(Action::Reset),
         Key::Z => Some(Action::Fit),
+        Key::V => Some(Action::FitAll),
+        Key::Home => Some(Action::End { is_high: false }),
+        Key::End => Some(Action::End { is_high: true }),
         Key::S => Some(Action::Picture),
         Key::W => Some(Action::Wireframe),
         Key::G => Some(Action::Axes),
@@ -161,29 +141,67 @@ fn of_key(event: &Event) -> Option<Action> {
 /// Degrees that a key press turns, the same as in the page.
 pub(super) const KEY_DEGREES: f64 = 5.0;
 
+/// Pixels that a key press moves, the same as in the page.
+pub(super) const KEY_PIXELS: f64 = 24.0;
+
 /// Zoom factor of a key press, the same as in the page.
 const KEY_ZOOM: f64 = 1.15;
 
-/// Points of scrolling per step.
-const POINTS_PER_STEP: f64 = 40.0;
+/// Points of scrolling per notch.
+const POINTS_PER_NOTCH: f64 = 40.0;
 
-/// The steps of the wheel; `None` if it did not move, or zooms.
+/// The logarithm of the zoom factor of a notch, the same as in the page.
+const NOTCH_ZOOM: f64 = 0.25;
+
+/// The action of the wheel: it zooms, or with Shift steps through isovalues. `None` if it did not move, or if Ctrl is held, with
+/// which egui zooms.
 pub(super) fn wheel(input: &InputState) -> Option<Action> {
-    let mut steps = 0.0;
-    let mut is_fine = false;
+    let mut notches = 0.0;
+    let mut is_step = false;
     for event in &input.events {
         let Event::MouseWheel { unit, delta, modifiers, .. } = *event else { continue };
         if modifiers.ctrl || modifiers.command {
             continue;
         }
-        is_fine = modifiers.shift;
+        is_step = modifiers.shift;
         // Some systems scroll sideways while Shift is held.
         let delta = f64::from(if delta.y == 0.0 { delta.x } else { delta.y });
-        steps += match unit {
+        notches += match unit {
             MouseWheelUnit::Line => delta,
-            MouseWheelUnit::Point => delta / POINTS_PER_STEP,
+            MouseWheelUnit::Point => delta / POINTS_PER_NOTCH,
             MouseWheelUnit::Page => 10.0 * delta,
         };
     }
-    (steps != 0.0).then_some(Action::Step { steps, is_fine })
+    (notches != 0.0).then_some(match is_step {
+        true => Action::Step { steps: notches, is_fine: false },
+        false => Action::Zoom((NOTCH_ZOOM * notches).exp()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::Modifiers;
+
+    use super::*;
+    use crate::keys::{KEYS, Place, keys_of};
+
+    #[test]
+    fn every_key_of_the_help_has_an_action() {
+        for key in KEYS.iter().filter(|key| key.place != Place::Page) {
+            for name in keys_of(key.input).chain(keys_of(key.meaning)) {
+                if name == "Shift" {
+                    continue;
+                }
+                let letter = name.strip_prefix("Ctrl+").unwrap_or(name);
+                let modifiers = match letter == name {
+                    true => Modifiers::NONE,
+                    false => Modifiers::CTRL,
+                };
+                let key = Key::from_name(&letter.replace(' ', "")).expect(name);
+                let event =
+                    Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+                assert!(of_key(&event).is_some(), "{name}");
+            }
+        }
+    }
 }

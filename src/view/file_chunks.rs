@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::file::{PartialSpectrum, SpectrumFile};
 use crate::spectrum::Spectrum;
 
-/// Maximum number of triangles of a file that is read as a whole: they are uploaded within a frame, about a tenth of a second for
+/// Usual maximum number of triangles of a file that is read as a whole: they are uploaded within a frame, about a tenth of a second for
 /// this number.
 pub const MAX_TRIANGLES: u64 = 2_000_000;
 

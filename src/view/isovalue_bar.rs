@@ -1,28 +1,29 @@
 //! The bar with the isovalue and its slider; the progress and help windows.
 
 use eframe::egui::{
-    self, Align2, ComboBox, DragValue, ProgressBar, ScrollArea, TextEdit, Ui, vec2,
+    self, Align2, ComboBox, DragValue, Label, ProgressBar, ScrollArea, TextEdit, Ui, vec2,
 };
 
-use super::actions::HELP;
+use super::cost::in_time;
 use super::file_dialog::Purpose;
 use super::numbers::{format_number, parse_isovalue};
 use super::plot;
 use super::scene::Scene;
 use super::window::Window;
+use crate::keys::{KEYS, Place};
 
 impl Window {
     /// Shows the isovalue as an editable text and on the slider.
     pub(super) fn show_isovalue_bar(&mut self, ui: &mut Ui) {
-        let Some(scene) = &mut self.scene else { return };
+        let Some(scene) = self.scene.as_mut().filter(|scene| !scene.is_preview) else { return };
         let mut message = None;
         let mut request = None;
         ui.horizontal_wrapped(|ui| {
-            ui.label("isovalue");
+            let label = ui.label("isovalue");
             let text = self.isovalue_text.clone();
             let mut text = text.unwrap_or_else(|| format_number(scene.isovalue));
-            let field =
-                ui.add(TextEdit::singleline(&mut text).id_salt("isovalue").desired_width(110.0));
+            let field = TextEdit::singleline(&mut text).id_salt("isovalue").desired_width(110.0);
+            let field = ui.add(field).labelled_by(label.id);
             if field.changed() {
                 self.isovalue_text = Some(text.clone());
             }
@@ -74,18 +75,27 @@ impl Window {
 
     /// Shows the progress of loading or of saving a sweep, with a button that cancels it.
     pub(super) fn show_progress(&mut self, context: &egui::Context) {
-        let (progress, text) = match (&self.loading, &self.sweep_export) {
-            (Some(loading), _) => loading.progress(),
-            (None, Some(export)) => (export.progress(), "saving pictures".into()),
+        let (progress, name, text) = match (&self.loading, &self.sweep_export) {
+            (Some(loading), _) => {
+                let (progress, task) = loading.progress();
+                let left = loading.time_left();
+                let left = left.map(|left| format!(", {} left", in_time(left)));
+                (progress, loading.name.clone(), format!("{task}{}", left.unwrap_or_default()))
+            }
+            (None, Some(export)) => (export.progress(), String::new(), "saving pictures".into()),
             (None, None) => return,
         };
         let anchor = vec2(0.0, 40.0);
         let area = egui::Window::new("working").title_bar(false).resizable(false);
         area.anchor(Align2::CENTER_TOP, anchor).show(context, |ui| {
+            if !name.is_empty() {
+                ui.strong(name);
+            }
             ui.add(ProgressBar::new(progress as f32).show_percentage().desired_width(260.0));
             ui.horizontal(|ui| {
                 if ui.button("cancel").clicked() {
                     self.loading = None;
+                    self.close_preview();
                     let export = self.sweep_export.take();
                     if let (Some(export), Some(scene)) = (export, &mut self.scene) {
                         export.finish(scene);
@@ -101,10 +111,10 @@ impl Window {
         let window = egui::Window::new("help").open(&mut self.is_help_open);
         window.resizable(false).default_height(height).show(context, |ui| {
             ScrollArea::vertical().max_height(height).show(ui, |ui| {
-                egui::Grid::new("help").show(ui, |ui| {
-                    for (input, meaning) in HELP {
-                        ui.strong(input);
-                        ui.label(meaning);
+                egui::Grid::new("help").max_col_width(HELP_WIDTH).show(ui, |ui| {
+                    for key in KEYS.iter().filter(|key| key.place != Place::Page) {
+                        ui.strong(key.input.replace('`', ""));
+                        ui.add(Label::new(key.meaning.replace('`', "")).wrap());
                         ui.end_row();
                     }
                 });
@@ -112,6 +122,9 @@ impl Window {
         });
     }
 }
+
+/// Maximum width of a column of the help, points.
+const HELP_WIDTH: f32 = 420.0;
 
 /// A request of the isovalue bar.
 #[derive(Clone, Copy)]

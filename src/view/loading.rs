@@ -6,16 +6,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use eframe::egui;
 
-use super::file_chunks::{FileChunks, MAX_TRIANGLES};
+use super::compute_dialog::Ready;
+use super::file_chunks::FileChunks;
+use super::preview::preview;
 use crate::error::{Error, Result};
 use crate::file::{PartialSpectrum, SpectrumFile, thesis};
 use crate::kernels::{Backend, Choice};
 use crate::progress::Progress;
 use crate::spectrum::Spectrum;
-use crate::sweep::{self, Parameters};
 use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 
 /// A loaded spectrum.
@@ -29,6 +31,8 @@ pub(super) struct Loaded {
     pub(super) chunks: Option<FileChunks>,
     pub(super) samples: Option<Histogram>,
     pub(super) statistics: Option<Statistics>,
+    /// Whether this is shown only until the spectrum of the volume is there.
+    pub(super) is_preview: bool,
     /// The volume, for colours that need it.
     pub(super) volume: Option<Arc<Volume>>,
     /// The isovalue shown first.
@@ -43,22 +47,30 @@ impl Loaded {
         Loaded::with_isovalue(name, Arc::new(spectrum), volume, isovalue)
     }
 
-    /// Reads a file; of a large one the chunks at the first isovalue.
+    /// Reads a file; of one with more triangles the chunks at the first isovalue.
     pub(super) fn of_file(
         name: String,
         file: Arc<SpectrumFile>,
         volume: Option<Arc<Volume>>,
         isovalue: Option<f64>,
+        max_triangles: u64,
     ) -> Result<Loaded> {
-        if file.size().triangles <= MAX_TRIANGLES {
+        if file.size().triangles <= max_triangles {
             return Ok(Loaded::new(name, file.read()?, volume));
         }
         let isovalue = isovalue.unwrap_or_else(|| file.shown_first());
-        let mut chunks = PartialSpectrum::new(file, MAX_TRIANGLES);
+        let mut chunks = PartialSpectrum::new(file, max_triangles);
         chunks.read_at(&[isovalue])?;
         let spectrum = chunks.spectrum().clone();
         let chunks = Some(FileChunks::new(chunks));
         Ok(Loaded { chunks, ..Loaded::with_isovalue(name, spectrum, volume, isovalue) })
+    }
+
+    /// The only isovalue of a spectrum, shown until the one of the whole volume is there.
+    pub(super) fn preview(name: String, spectrum: Spectrum) -> Loaded {
+        let (isovalue, _) = spectrum.range();
+        let loaded = Loaded::with_isovalue(name, Arc::new(spectrum), None, isovalue);
+        Loaded { is_preview: true, ..loaded }
     }
 
     fn with_isovalue(
@@ -73,6 +85,7 @@ impl Loaded {
             name,
             spectrum,
             is_computed: false,
+            is_preview: false,
             chunks: None,
             samples,
             statistics,
@@ -82,19 +95,47 @@ impl Loaded {
     }
 }
 
-/// The source of a spectrum.
+/// What is loaded.
 #[derive(Debug)]
 pub(super) enum LoadSource {
-    /// A spectrum, or a volume whose spectrum is computed.
+    /// A file with a spectrum or a volume.
     File(PathBuf),
-    /// A volume whose spectrum is computed.
+    /// A volume that was read.
     Volume(Box<Volume>),
+    /// A volume whose spectrum is computed.
+    Ready(Box<Ready>),
 }
+
+impl LoadSource {
+    fn name(&self) -> String {
+        match self {
+            LoadSource::File(path) => {
+                path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+            }
+            LoadSource::Volume(volume) => volume.name().to_owned(),
+            LoadSource::Ready(ready) => ready.prepared.volume().name().to_owned(),
+        }
+    }
+}
+
+/// The content of a source.
+#[derive(Debug)]
+pub(super) enum LoadedContent {
+    Spectrum(Box<Loaded>),
+    /// A volume and, unless it is too large, the spectrum of one isovalue.
+    Volume(Box<Volume>, Option<Box<Spectrum>>),
+}
+
+/// The least fraction that tells how long the rest takes.
+const LEAST_DONE: f64 = 0.03;
 
 /// A loading thread. Dropping this cancels it.
 #[derive(Debug)]
 pub(super) struct Loading {
-    result: Receiver<Result<Loaded>>,
+    /// The name of the file or the volume.
+    pub(super) name: String,
+    started: Instant,
+    result: Receiver<Result<LoadedContent>>,
     progress: Arc<LoadProgress>,
 }
 
@@ -120,36 +161,43 @@ impl Progress for LoadProgress {
 
 impl Loading {
     /// Starts the thread.
-    pub(super) fn start(
-        source: LoadSource,
-        parameters: Parameters,
-        window: &egui::Context,
-    ) -> Self {
+    pub(super) fn start(source: LoadSource, max_triangles: u64, window: &egui::Context) -> Self {
+        let first_task = match source {
+            LoadSource::Ready(_) => "starting",
+            LoadSource::File(_) | LoadSource::Volume(_) => "reading",
+        };
         let progress = Arc::new(LoadProgress {
-            state: Mutex::new((0.0, "reading".into())),
+            state: Mutex::new((0.0, first_task.to_owned())),
             cancelled: AtomicBool::new(false),
             window: window.clone(),
         });
+        let (name, started) = (source.name(), Instant::now());
         let (sender, result) = channel();
         let thread_progress = progress.clone();
         thread::spawn(move || {
-            let run = || load(source, &parameters, &thread_progress);
+            let run = || load(source, max_triangles, &thread_progress);
             let loaded = catch_unwind(AssertUnwindSafe(run))
                 .unwrap_or_else(|_| Err(Error::internal("loading panicked")));
             // The receiver is gone if loading was cancelled.
             let _ = sender.send(loaded);
             thread_progress.window.request_repaint();
         });
-        Loading { result, progress }
+        Loading { name, started, result, progress }
     }
 
     /// The result, once the thread has finished.
-    pub(super) fn poll(&self) -> Option<Result<Loaded>> {
+    pub(super) fn poll(&self) -> Option<Result<LoadedContent>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => Some(Err(Error::input("loading ended early"))),
         }
+    }
+
+    /// The time left, if it can be told from the time passed.
+    pub(super) fn time_left(&self) -> Option<Duration> {
+        let (done, _) = self.progress();
+        (done > LEAST_DONE).then(|| self.started.elapsed().mul_f64((1.0 - done).max(0.0) / done))
     }
 
     /// Fraction done, 0 to 1, and the current task.
@@ -164,24 +212,36 @@ impl Drop for Loading {
     }
 }
 
-fn load(source: LoadSource, parameters: &Parameters, progress: &LoadProgress) -> Result<Loaded> {
-    let volume = match source {
+fn load(source: LoadSource, max_triangles: u64, progress: &LoadProgress) -> Result<LoadedContent> {
+    let name = source.name();
+    let spectrum = |loaded| Ok(LoadedContent::Spectrum(Box::new(loaded)));
+    match source {
         LoadSource::File(path) => {
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let extension = path.extension().unwrap_or_default().to_string_lossy();
             match extension.to_ascii_lowercase().as_str() {
                 "isp" => {
-                    return Loaded::of_file(name, Arc::new(SpectrumFile::open(&path)?), None, None);
+                    let file = Arc::new(SpectrumFile::open(&path)?);
+                    spectrum(Loaded::of_file(name, file, None, None, max_triangles)?)
                 }
-                "thesis" => return Ok(Loaded::new(name, thesis::read(&path)?, None)),
-                _ => read_volume(&path, &ReadOptions::default())?,
+                "thesis" => spectrum(Loaded::new(name, thesis::read(&path)?, None)),
+                _ => {
+                    let volume = read_volume(&path, &ReadOptions::default())?;
+                    with_preview(Box::new(volume))
+                }
             }
         }
-        LoadSource::Volume(volume) => *volume,
-    };
-    let name = volume.name().to_owned();
-    let volume = Arc::new(volume);
-    let backend = Backend::choose(Choice::Auto, None)?;
-    let spectrum = sweep::compute(&volume, parameters, &backend, progress)?;
-    Ok(Loaded { is_computed: true, ..Loaded::new(name, spectrum, Some(volume)) })
+        LoadSource::Volume(volume) => with_preview(volume),
+        LoadSource::Ready(ready) => {
+            let Ready { prepared, parameters } = *ready;
+            let backend = Backend::choose(Choice::Auto, None)?;
+            let computed = prepared.compute(&parameters, &backend, progress)?;
+            let loaded = Loaded::new(name, computed, Some(prepared.volume().clone()));
+            spectrum(Loaded { is_computed: true, ..loaded })
+        }
+    }
+}
+
+fn with_preview(volume: Box<Volume>) -> Result<LoadedContent> {
+    let spectrum = preview(&volume)?;
+    Ok(LoadedContent::Volume(volume, spectrum.map(Box::new)))
 }

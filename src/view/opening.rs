@@ -19,8 +19,10 @@ pub enum Content {
     Spectrum(String, Box<Spectrum>),
     /// A spectrum file and its displayed name. Of a large one only the chunks that the shown isovalues need are read.
     File(String, Arc<SpectrumFile>),
-    /// A volume, whose spectrum is computed in the window.
+    /// A volume, whose spectrum is computed in the window after its user has chosen how.
     Volume(Box<Volume>),
+    /// A volume, whose spectrum is computed in the window at once.
+    Phantom(Box<Volume>),
 }
 
 /// The initial state of a window.
@@ -40,8 +42,12 @@ pub struct Opening {
     pub view: View,
     /// Parameters of spectra computed in the window.
     pub parameters: Parameters,
+    /// Files of more triangles are read in parts, and so many triangles of them are kept.
+    pub max_triangles: u64,
     /// A part of the name of the adapter.
     pub adapter: Option<String>,
     /// The folder for saved pictures and meshes.
     pub folder: PathBuf,
+    /// A file for the names and places of the window's controls, for tests.
+    pub controls: Option<PathBuf>,
 }

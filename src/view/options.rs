@@ -137,6 +137,7 @@ fn appearance(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Opt
         }
         ui.checkbox(&mut view.occlusion, "dark hollows (D)");
     });
+    ui.checkbox(&mut view.silhouette, "silhouette");
     ui.add(Slider::new(&mut view.opacity, 0.05..=1.0).text("opacity"));
     let mut is_parallel = view.camera.orthographic;
     if ui.checkbox(&mut is_parallel, "parallel projection (O)").changed() {

@@ -2,7 +2,9 @@
 
 use eframe::egui::{self, ViewportCommand};
 
-use super::actions::{Action, KEY_DEGREES};
+use glam::DVec2;
+
+use super::actions::{Action, KEY_DEGREES, KEY_PIXELS};
 use super::camera_control;
 use super::file_dialog::Purpose;
 use super::options::Command;
@@ -12,6 +14,9 @@ use crate::render::Color;
 
 impl Window {
     pub(super) fn perform(&mut self, action: Action, context: &egui::Context) {
+        if self.shows_preview() && needs_spectrum(action) {
+            return;
+        }
         match (action, &mut self.scene) {
             (Action::Help, _) => self.is_help_open = !self.is_help_open,
             (Action::Wireframe, _) => {
@@ -24,8 +29,8 @@ impl Window {
             }
             (Action::Occlusion, _) => self.view.occlusion = !self.view.occlusion,
             (Action::Components, _) => {
-                let is_on = self.view.color == Color::Component;
-                self.view.color = if is_on { Color::None } else { Color::Component };
+                let is_plain = self.view.color == Color::None;
+                self.view.color = if is_plain { Color::Component } else { Color::None };
             }
             (Action::Fullscreen, _) => {
                 let is_full = context.input(|input| input.viewport().fullscreen.unwrap_or(false));
@@ -40,6 +45,18 @@ impl Window {
             (Action::Fit, _) => {
                 self.view.camera.distance = 1.0;
                 self.is_fit_pending = true;
+            }
+            (Action::FitAll, Some(scene)) => {
+                self.view.camera.distance = 1.0;
+                scene.fit_all(&mut self.view);
+            }
+            (Action::Move(steps), Some(scene)) => {
+                let drag = KEY_PIXELS * DVec2::from_array(steps);
+                camera_control::pan(&mut self.view, scene.spectrum.volume(), drag);
+            }
+            (Action::End { is_high }, Some(scene)) => {
+                let (low, high) = scene.spectrum.range();
+                (scene.isovalue, self.playing) = (if is_high { high } else { low }, None);
             }
             (Action::Zoom(factor), _) => camera_control::zoom(&mut self.view, factor),
             (Action::Undo, _) => _ = self.history.undo(&mut self.view),
@@ -78,4 +95,20 @@ impl Window {
             (_, None) => {}
         }
     }
+}
+
+/// Whether an action has no meaning for the only isosurface of a volume whose spectrum is not there yet.
+fn needs_spectrum(action: Action) -> bool {
+    matches!(
+        action,
+        Action::Step { .. }
+            | Action::End { .. }
+            | Action::Event { .. }
+            | Action::Play
+            | Action::Picture
+            | Action::SaveAs
+            | Action::Pick { .. }
+            | Action::ShowAll
+            | Action::Measure
+    )
 }

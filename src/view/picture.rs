@@ -10,7 +10,6 @@ use super::camera_control::{self, orbit, pan, zoom};
 use super::cube;
 use super::file_dialog::Purpose;
 use super::history::REST_SECONDS;
-use super::loading::LoadSource;
 use super::scene::Scene;
 use super::start_screen::{self, StartChoice};
 use super::window::Window;
@@ -22,7 +21,7 @@ impl Window {
     /// Shows the picture in the remaining area of the window.
     pub(super) fn show_picture(&mut self, ui: &mut Ui) {
         if self.scene.is_none() {
-            if self.loading.is_none() {
+            if self.loading.is_none() && self.compute_dialog.is_none() {
                 self.show_start_screen(ui);
             }
             return;
@@ -50,9 +49,13 @@ impl Window {
             self.view.look_at = scene.point_under(&self.view, pixel).map(|p| p.to_array());
         }
         let wheel = if response.contains_pointer() { ui.input(actions::wheel) } else { None };
-        if let Some(Action::Step { steps, is_fine }) = wheel {
-            self.playing = None;
-            scene.step_by(steps, is_fine);
+        match wheel {
+            Some(Action::Step { steps, is_fine }) if !scene.is_preview => {
+                self.playing = None;
+                scene.step_by(steps, is_fine);
+            }
+            Some(Action::Zoom(factor)) => zoom(&mut self.view, factor),
+            _ => {}
         }
         let painted = scene
             .update_picks(&mut self.view)
@@ -116,7 +119,10 @@ impl Window {
         match start_screen::show(ui, &self.folder) {
             Some(StartChoice::Open) => self.open_file_dialog(Purpose::Open),
             Some(StartChoice::Phantom(name)) => match phantom(name) {
-                Ok(volume) => self.load(LoadSource::Volume(volume.into()), ui.ctx()),
+                Ok(volume) => {
+                    let started = self.compute(volume, ui.ctx());
+                    self.show_error(ui.ctx(), started);
+                }
                 Err(error) => self.show_message(ui.ctx(), error.to_string()),
             },
             None => {}

@@ -69,7 +69,7 @@ pub(super) fn show(
             ui.color_edit_button_srgb(&mut surface.color);
             let opacity = DragValue::new(&mut surface.opacity).range(0.05..=1.0).speed(0.01);
             ui.add(opacity.fixed_decimals(2)).on_hover_text("opacity");
-            if ui.button("x").on_hover_text("remove").clicked() {
+            if ui.button("remove").clicked() {
                 removed = Some(i);
             }
         });

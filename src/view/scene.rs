@@ -31,6 +31,8 @@ pub(super) struct Scene {
     pub(super) spectrum: Arc<Spectrum>,
     /// Whether the spectrum was computed here and is in no file yet.
     pub(super) is_unsaved: bool,
+    /// Whether this is the only isovalue of a volume whose spectrum is not there yet.
+    pub(super) is_preview: bool,
     /// Of a large file, the loader of its chunks.
     chunks: Option<FileChunks>,
     /// A second field for colours.
@@ -79,8 +81,9 @@ impl Scene {
         field: Option<Arc<Volume>>,
         window: &egui::Context,
     ) -> Result<Self> {
-        let Loaded { name, spectrum, is_computed, chunks, samples, statistics, volume, isovalue } =
+        let Loaded { name, spectrum, is_computed, is_preview, chunks, samples, statistics, .. } =
             loaded;
+        let Loaded { volume, isovalue, .. } = loaded;
         let mut sources = ColorSources::default();
         if let Some(field) = &field {
             sources = sources.with_field(color_sources::field(&spectrum, field)?);
@@ -94,7 +97,7 @@ impl Scene {
         Ok(Scene {
             name,
             // The curves of a file need all of its chunks, so they start on request.
-            curves: if chunks.is_some() {
+            curves: if chunks.is_some() || is_preview {
                 Curves::default()
             } else {
                 Curves::start(MeshSource::of(&spectrum), window)
@@ -102,6 +105,7 @@ impl Scene {
             events,
             persistence: event_persistence(spectrum.events(), spectrum.volume(), spectrum.range()),
             is_unsaved: is_computed,
+            is_preview,
             isovalue,
             measures: None,
             color: None,
@@ -292,6 +296,25 @@ impl Scene {
             view.fit(self.spectrum.volume(), bounds);
         }
         Ok(())
+    }
+
+    /// Fits the view to the surfaces of all isovalues; of a large file, which is not loaded as a whole, to the volume.
+    pub(super) fn fit_all(&self, view: &mut View) {
+        let (spectrum, volume) = (&self.spectrum, self.spectrum.volume());
+        let cell = volume.placement.cell_size();
+        let mut bounds = [[0.0; 3], std::array::from_fn(|i| (volume.dims[i] - 1) as f64 * cell[i])];
+        let uncapped = spectrum.triangles().iter().filter(|t| !t.cap).flat_map(|t| t.vertices);
+        let knots = uncapped.flat_map(|v| spectrum.trajectory(v)).map(|k| k.position);
+        let surfaces = knots.map(|p| p.map(f64::from)).fold(None, |around, p| {
+            let [low, high]: [[f64; 3]; 2] = around.unwrap_or([p, p]);
+            let corner =
+                |f: fn(f64, f64) -> f64, q: [f64; 3]| std::array::from_fn(|i| f(p[i], q[i]));
+            Some([corner(f64::min, low), corner(f64::max, high)])
+        });
+        if let Some(surfaces) = surfaces.filter(|_| self.chunks.is_none()) {
+            bounds = surfaces;
+        }
+        view.fit(volume, bounds);
     }
 
     /// Number of triangles drawn.

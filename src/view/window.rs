@@ -5,12 +5,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use eframe::egui::{
-    self, CentralPanel, FontId, Frame, Panel, ScrollArea, TextStyle, Theme, Ui, ViewportCommand,
+    self, CentralPanel, FontId, Frame, Panel, ScrollArea, Stroke, TextStyle, Theme, Ui,
+    ViewportCommand,
 };
 
+use super::compute_dialog::{self, ComputeDialog, Ready};
+use super::controls::ControlList;
 use super::file_dialog::FileDialog;
 use super::history::History;
-use super::loading::{LoadSource, Loaded, Loading};
+use super::loading::{LoadSource, Loaded, LoadedContent, Loading};
 use super::numbers::format_number;
 use super::opening::{Content, Opening};
 use super::options::{self, Command, Options};
@@ -20,9 +23,11 @@ use super::scene::Scene;
 use super::{actions, camera_control, plot};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
+use crate::prepared::{Noise, Prepared};
 use crate::render::{Background, Camera, Color, Surface, View};
+use crate::spectrum::Spectrum;
 use crate::sweep::Parameters;
-use crate::volume::Volume;
+use crate::volume::{Preparation, Volume};
 
 /// Seconds for the range of isovalues while a sweep plays at speed 1.
 const SWEEP_SECONDS: f64 = 12.0;
@@ -32,6 +37,9 @@ const MESSAGE_TIME: Duration = Duration::from_secs(12);
 
 /// Size of the smallest font, points.
 const MIN_FONT_SIZE: f32 = 11.5;
+
+/// Opacity of the outlines of buttons and fields.
+const OUTLINE: f32 = 0.45;
 
 /// Maximum number of open spectra, because each is uploaded to the device.
 const MAX_SCENES: usize = 8;
@@ -55,6 +63,8 @@ pub(super) struct Window {
     pub(super) history: History,
     /// The open dialog.
     pub(super) file_dialog: Option<FileDialog>,
+    /// The dialog for a volume that was read.
+    pub(super) compute_dialog: Option<ComputeDialog>,
     /// Other open spectra by their ids, in the order of opening.
     pub(super) other_scenes: Vec<(u32, Scene)>,
     /// The id of the shown spectrum, and of the next one.
@@ -64,6 +74,7 @@ pub(super) struct Window {
     pub(super) pending_files: Vec<PathBuf>,
     pub(super) visible_curves: plot::VisibleCurves,
     pub(super) parameters: Parameters,
+    max_triangles: u64,
     pub(super) folder: PathBuf,
     /// The text in the field of the isovalue while it is edited.
     pub(super) isovalue_text: Option<String>,
@@ -98,9 +109,17 @@ impl Window {
         let context = &creation.egui_ctx;
         context.all_styles_mut(|style| {
             style.text_styles.insert(TextStyle::Small, FontId::proportional(MIN_FONT_SIZE));
+            // What can be clicked has an outline.
+            let widgets = &mut style.visuals.widgets;
+            let outline = widgets.noninteractive.fg_stroke.color.gamma_multiply(OUTLINE);
+            widgets.inactive.bg_stroke = Stroke::new(1.0, outline);
         });
+        if let Some(path) = &opening.controls {
+            ControlList::start(path.clone(), failure.clone(), context);
+        }
         let Opening { content, volume, field, surfaces, marks, view, parameters, folder, .. } =
             opening;
+        let max_triangles = opening.max_triangles;
         let mut window = Window {
             gpu,
             render_state,
@@ -115,12 +134,14 @@ impl Window {
             options: Options::default(),
             history: History::default(),
             file_dialog: None,
+            compute_dialog: None,
             other_scenes: Vec::new(),
             scene_id: 0,
             next_scene_id: 0,
             pending_files: Vec::new(),
             visible_curves: [true, false, true, false],
             parameters,
+            max_triangles,
             folder,
             isovalue_text: None,
             playing: None,
@@ -143,10 +164,11 @@ impl Window {
             Content::File(name, file) => {
                 let volume = volume.map(Arc::new);
                 let isovalue = surfaces.first().map(|first| first.isovalue);
-                let loaded = Loaded::of_file(name, file, volume, isovalue)?;
+                let loaded = Loaded::of_file(name, file, volume, isovalue, max_triangles)?;
                 window.show_first(loaded, &surfaces, marks, context)?;
             }
             Content::Volume(volume) => window.load(LoadSource::Volume(volume), context),
+            Content::Phantom(volume) => window.compute(*volume, context)?,
         }
         Ok(window)
     }
@@ -169,10 +191,57 @@ impl Window {
     }
 
     pub(super) fn load(&mut self, source: LoadSource, context: &egui::Context) {
-        self.loading = Some(Loading::start(source, self.parameters.clone(), context));
+        self.loading = Some(Loading::start(source, self.max_triangles, context));
+    }
+
+    /// Computes the spectrum of a volume as it is.
+    pub(super) fn compute(&mut self, volume: Volume, context: &egui::Context) -> Result<()> {
+        let prepared = Prepared::new(volume, Preparation::default(), Noise::default())?;
+        let ready = Ready { prepared, parameters: self.parameters.clone() };
+        self.load(LoadSource::Ready(Box::new(ready)), context);
+        Ok(())
+    }
+
+    /// Opens the dialog for a volume, over one of its isosurfaces if nothing else is shown.
+    fn ask_how_to_compute(
+        &mut self,
+        volume: Volume,
+        preview: Option<Box<Spectrum>>,
+        context: &egui::Context,
+    ) -> Result<()> {
+        if let Some(spectrum) = preview.filter(|_| self.scene.is_none()) {
+            self.show_scene(Loaded::preview(volume.name().to_owned(), *spectrum), context)?;
+        }
+        self.compute_dialog = Some(ComputeDialog::new(volume, self.parameters.clone()));
+        Ok(())
+    }
+
+    /// Whether an isosurface of a volume is shown whose spectrum is not there yet.
+    pub(super) fn shows_preview(&self) -> bool {
+        self.scene.as_ref().is_some_and(|scene| scene.is_preview)
+    }
+
+    /// Ends the preview, if there is one.
+    pub(super) fn close_preview(&mut self) {
+        if let Some(mut preview) = self.scene.take_if(|scene| scene.is_preview) {
+            preview.close(&self.render_state);
+        }
+    }
+
+    /// Shows the dialog for a volume, and computes its spectrum when that is chosen.
+    fn show_compute_dialog(&mut self, context: &egui::Context) {
+        let Some(mut dialog) = self.compute_dialog.take() else { return };
+        match dialog.show(context) {
+            compute_dialog::Outcome::Open => self.compute_dialog = Some(dialog),
+            compute_dialog::Outcome::Cancelled => self.close_preview(),
+            compute_dialog::Outcome::Chosen(ready) => {
+                self.load(LoadSource::Ready(ready), context);
+            }
+        }
     }
 
     fn show_scene(&mut self, loaded: Loaded, context: &egui::Context) -> Result<()> {
+        self.close_preview();
         let scene = Scene::new(&self.gpu, loaded, self.field.clone(), context)?;
         // The new spectrum may lack the data for the colours.
         if !scene.painter.sources().support(self.view.color) {
@@ -221,14 +290,23 @@ impl Window {
     fn poll_files(&mut self, context: &egui::Context) {
         if let Some(result) = self.loading.as_ref().and_then(Loading::poll) {
             self.loading = None;
-            let shown = result.and_then(|loaded| self.show_scene(loaded, context));
+            let shown = result.and_then(|content| match content {
+                LoadedContent::Spectrum(loaded) => self.show_scene(*loaded, context),
+                LoadedContent::Volume(volume, preview) => {
+                    self.ask_how_to_compute(*volume, preview, context)
+                }
+            });
+            if shown.is_err() {
+                self.close_preview();
+            }
             self.show_error(context, shown);
         }
         let dropped: Vec<PathBuf> = context.input(|input| {
             input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
         });
         self.pending_files.extend(dropped);
-        if self.loading.is_none() && !self.pending_files.is_empty() {
+        if self.loading.is_none() && self.compute_dialog.is_none() && !self.pending_files.is_empty()
+        {
             let path = self.pending_files.remove(0);
             self.load(LoadSource::File(path), context);
         }
@@ -296,7 +374,8 @@ impl Window {
     /// Shows name, isovalue and number of triangles in the title.
     fn update_title(&mut self, context: &egui::Context) {
         let title = match (&self.scene, &self.loading) {
-            (_, Some(_)) => "isospectrum - working".to_owned(),
+            (_, Some(loading)) => format!("{} - working", loading.name),
+            (Some(scene), None) if scene.is_preview => scene.name.clone(),
             (Some(scene), None) => {
                 let state = match scene.is_reading() {
                     true => "reading".to_owned(),
@@ -334,7 +413,7 @@ impl eframe::App for Window {
             self.message = None;
         }
         // An open dialog receives the keys instead.
-        if self.file_dialog.is_none() {
+        if self.file_dialog.is_none() && self.compute_dialog.is_none() {
             for action in actions::pressed(&context) {
                 self.perform(action, &context);
             }
@@ -349,7 +428,7 @@ impl eframe::App for Window {
             }
         });
         let mut command = None;
-        if let Some(scene) = &mut self.scene {
+        if let Some(scene) = self.scene.as_mut().filter(|scene| !scene.is_preview) {
             Panel::right("options").default_size(230.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
                     let (view, options) = (&mut self.view, &mut self.options);
@@ -368,6 +447,7 @@ impl eframe::App for Window {
         CentralPanel::default().frame(frame).show(ui, |ui| self.show_picture(ui));
         self.show_progress(&context);
         self.show_file_dialog(&context);
+        self.show_compute_dialog(&context);
         self.show_help(&context);
         self.ask_before_closing(&context);
         self.update_title(&context);

@@ -8,6 +8,8 @@ mod drawing;
 mod normals;
 mod occlusion;
 mod parallel;
+mod silhouette;
+mod translucent;
 mod turntable;
 
 use std::f64::consts::PI;
@@ -293,6 +295,7 @@ fn two_runs_and_the_large_spectrum_path_give_equal_bytes() {
     for view in [
         small("35,22").with_wireframe(Some(1.0)).with_color(Color::Quality),
         small("-60,-20,0.8").with_color(Color::Component).with_background(Background::White),
+        small("35,22").with_opacity(0.4),
     ] {
         let first = draw(&spectrum, 0.4, &view);
         assert!(first == draw(&spectrum, 0.4, &view), "a second renderer draws the same");

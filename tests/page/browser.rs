@@ -143,7 +143,7 @@ fn folder_with_pages() -> Folder {
         write_native_pictures(&folder, &spectrum, &isovalues);
         write_colors(&folder, isovalues[1]);
         write_up(&folder, isovalues[1]);
-        write_looks(&folder, isovalues[2]);
+        write_looks(&folder, isovalues[2], isovalues[1]);
         others.join().expect("pages of the other volumes")
     });
     let events: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
@@ -251,13 +251,20 @@ fn write_up(folder: &Folder, isovalue: f64) {
     render(folder, isovalue, "up.png", &["--up", "-x"]);
 }
 
-/// Pages and pictures in parallel projection, with occlusion, both, and with a transparent background.
-fn write_looks(folder: &Folder, isovalue: f64) {
+/// Pages and pictures in parallel projection, with occlusion, both, with a transparent background, with silhouettes, and of translucent
+/// surfaces, some of them clipped.
+fn write_looks(folder: &Folder, isovalue: f64, other: f64) {
+    let shells = ["--opacity", "0.4", "-c", &format!("{other}=#5fae84@0.5")];
+    let clipped = [&shells[..], &["--clip", "y:50%"]].concat();
     for (name, flags) in [
         ("parallel", &["--orthographic"][..]),
         ("hollows", &["--occlusion"]),
         ("both", &["--orthographic", "--occlusion", "--clip", "y:50%"]),
         ("nothing", &["--background", "transparent"]),
+        ("silhouette", &["--silhouette"]),
+        ("shells", &shells),
+        ("section", &clipped),
+        ("behind", &[&shells[..], &["--clip", "-y:50%"]].concat()),
     ] {
         render(folder, isovalue, &format!("look-{name}.png"), flags);
     }

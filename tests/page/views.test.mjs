@@ -14,6 +14,9 @@ import { TO_NATIVE, TO_SCREEN, assertSimilar, coverage, decodePng, difference, r
  */
 const TO_NATIVE_OCCLUDED = { mean: 0.6, share: 0.01 };
 
+/** The same with lines of silhouettes along the outlines, or with outlines of several surfaces: twice the bounds of one. */
+const TO_NATIVE_LINED = { mean: 0.4, share: 0.01 };
+
 const native = (name) => readPng(join(folder, `look-${name}.png`));
 
 describe("views", () => {
@@ -21,20 +24,26 @@ describe("views", () => {
     before(async () => { browser = await launch(); });
     after(() => browser.close());
 
-    test("parallel projection and ambient occlusion are those of native pictures", async (t) => {
+    test("parallel projection, ambient occlusion, silhouettes and transparent surfaces are those of native pictures", async (t) => {
         const screen = await launch({ hasGpuCompositing: true });
         t.after(() => screen.close());
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(renderer === "webgpu" ? screen : browser);
             const first = { renderer, view: expected.view, isovalue: String(expected.isovalues[2]) };
+            const plainLook = { orthographic: "0", occlusion: "0", silhouette: "0", clip: "no" };
+            const shells = { opacity: "0.4", also: `${expected.isovalues[1]},5fae84,0.5` };
             await open(page, { ...first, orthographic: "1" });
             await setNativeSize(page);
             for (const [name, hash, bound] of [
                 ["parallel", { orthographic: "1", occlusion: "0" }, TO_NATIVE],
                 ["hollows", { orthographic: "0", occlusion: "1" }, TO_NATIVE_OCCLUDED],
                 ["both", { orthographic: "1", occlusion: "1", clip: "y,0.5" }, TO_NATIVE_OCCLUDED],
+                ["silhouette", { silhouette: "1" }, TO_NATIVE_LINED],
+                ["shells", shells, TO_NATIVE_LINED],
+                ["section", { ...shells, clip: "y,0.5" }, TO_NATIVE_LINED],
+                ["behind", { ...shells, clip: "-y,0.5" }, TO_NATIVE_LINED],
             ]) {
-                await setAddress(page, { ...first, ...hash });
+                await setAddress(page, { ...plainLook, ...first, ...hash });
                 await show(page, expected.isovalues[2]);
                 const picture = await pixels(page);
                 assertSimilar(picture, native(name), bound, `${renderer}, ${name}`);

@@ -108,11 +108,12 @@ fn each_flag_of_appearance_changes_the_picture() {
         folder.run(&[&base[..], &["--size", "96x64", "-o", "p.png"], flags].concat());
         folder.read("p.png")
     };
-    let appearances: [&[&str]; 6] = [
+    let appearances: [&[&str]; 7] = [
         &[],
         &["--orthographic"],
         &["--up", "-y"],
         &["--occlusion"],
+        &["--silhouette"],
         &["--axes"],
         &["--axes", "--occlusion", "--orthographic", "--up", "x"],
     ];

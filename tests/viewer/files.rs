@@ -8,9 +8,6 @@ use super::server::{Server, wait_for};
 use super::window::Window;
 use crate::common::program::{self, Folder};
 
-/// Position of the button that closes one of several spectra, from the top left of the window.
-const CLOSE: (i32, i32) = (668, 564);
-
 #[test]
 fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
     let server = Server::start();
@@ -46,7 +43,7 @@ fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
 
     open("torus.isp");
     // The list of open spectra is behind the buttons; closing one shows the one before in its previous state.
-    window.click(CLOSE.0, CLOSE.1);
+    window.click_on("Button", "close");
     wait_for("the first one", || window.title().starts_with("s.isp").then_some(()));
     assert_eq!(window.seen().0, 0.2);
 }
@@ -56,7 +53,7 @@ fn a_computation_can_be_cancelled() {
     let server = Server::start();
     let folder = Folder::new();
     let window = Window::open_titled(&server, &folder, &["--phantom", "noise:64"], "working");
-    window.click(400, 80);
+    window.click_on("Button", "cancel");
     wait_for("nothing", || (window.title() == "isospectrum").then_some(()));
     window.input("key h");
     assert_eq!(window.title(), "isospectrum");
@@ -79,6 +76,51 @@ fn a_volume_is_computed_and_shown() {
     let facts: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(facts["volume"]["dims"], serde_json::json!([12, 12, 12]));
     assert!(facts["n_triangles"].as_u64() > Some(100));
+}
+
+#[test]
+fn the_settings_of_a_computation_are_asked_for_with_their_cost() {
+    let server = Server::start();
+    let folder = Folder::new();
+    // A ball with noise: many events of little persistence.
+    let sample = |i: usize| {
+        let square = |x: usize| (x as f64 - 7.5).powi(2);
+        let radius = (square(i % 16) + square(i / 16 % 16) + square(i / 256)).sqrt();
+        (200.0 - 20.0 * radius + (i * 7919 % 13) as f64).max(0.0) as u8
+    };
+    let samples: Vec<u8> = (0..16 * 16 * 16).map(sample).collect();
+    folder.write("ball_16x16x16_uint8.raw", &samples);
+    let window = Window::open_titled(&server, &folder, &["ball_16x16x16_uint8.raw"], "ball");
+    let whole = window.control("Label", "roughly");
+    // One isosurface is there already.
+    let (width, screen) = server.screen();
+    let teal = |p: &&[u8; 3]| p[1] / 2 > p[0] / 2 + 15 && p[2] / 2 > p[0] / 2 + 15;
+    assert!(screen.iter().filter(teal).count() > 5000, "a surface on a screen {width} pixels wide");
+
+    // A wrong range is a message; a narrower one costs less.
+    let range = window.control("TextInput", "range").middle();
+    let fill = |text: &str| {
+        window.click(range.0, range.1);
+        window.input("key ctrl+a");
+        window.input(&format!("type --delay 40 {text}"));
+    };
+    fill("5");
+    window.control("Label", "'5', expected LOW:HIGH");
+    fill("60:120");
+    let part = wait_for("another cost", || {
+        let part = window.control("Label", "roughly");
+        (part != whole).then_some(part)
+    });
+    window.click_on("TextInput", "persistence");
+    window.input("type --delay 40 20");
+    wait_for("another cost", || (window.control("Label", "roughly") != part).then_some(()));
+    window.click_on("Button", "compute");
+    window.control("TextInput", "isovalue");
+    window.save_mesh("saved.isp");
+    let output = folder.run(&["info", "saved.isp", "--json"]);
+    let facts: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(facts["range"], serde_json::json!([60.0, 120.0]));
+    assert_eq!(facts["parameters"]["simplification"]["persistence"], 20.0);
 }
 
 #[test]

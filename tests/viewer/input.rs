@@ -32,13 +32,25 @@ fn mouse_and_keys_move_the_surface() {
     changes("moving by the right button");
     window.drag(2, (300, 200), (250, 300));
     changes("moving by the middle button");
-    window.point(400, 250);
-    window.input("keydown ctrl");
-    window.input("click 4");
-    window.input("keyup ctrl");
-    let covered = window.picture().covered();
-    assert!(covered > 1.02 * first.covered(), "Ctrl and the wheel zoom in: {covered}");
-    changes("zooming");
+    window.input("key shift+Right");
+    changes("moving by keys");
+    window.input("key v");
+    let all = window.picture().covered();
+    assert!(all < 0.98 * first.covered(), "V makes room for larger surfaces: {all}");
+    changes("fitting all");
+    for modifier in ["", "ctrl"] {
+        window.point(400, 250);
+        if !modifier.is_empty() {
+            window.input(&format!("keydown {modifier}"));
+        }
+        window.input("click 4");
+        if !modifier.is_empty() {
+            window.input(&format!("keyup {modifier}"));
+        }
+        let covered = window.picture().covered();
+        assert!(covered > 1.02 * first.covered(), "the wheel zooms in: {covered}");
+        changes("zooming");
+    }
     // A point next to the middle moves to the middle.
     window.point(440, 280);
     window.input("click --repeat 2 --delay 80 1");
@@ -61,12 +73,24 @@ fn wheel_and_keys_step_through_isovalues() {
     window.input("key shift+period");
     window.wait_for_isovalue(near(0.491));
     // Where a pointer has no scroll axes, winit reports a notch at the press and at the release.
-    window.input("click 4");
+    let turn_wheel = |button: u32| {
+        window.input("keydown shift");
+        window.input(&format!("click {button}"));
+        window.input("keyup shift");
+    };
+    turn_wheel(4);
     let up = window.wait_for_isovalue(|c| c > 0.4999 - 0.001);
     assert!(near(0.5)(up) || near(0.51)(up), "{up}");
-    window.input("click 5");
+    turn_wheel(5);
     let down = window.wait_for_isovalue(|c| c < up);
     assert!((up - down - 0.01).abs() < 1e-6 || (up - down - 0.02).abs() < 1e-6, "{up} {down}");
+    window.input("key End");
+    let high = window.wait_for_isovalue(|c| c > 0.8);
+    window.input("key Home");
+    window.wait_for_isovalue(|c| c < -0.7 && c < high);
+    window.type_isovalue(&down.to_string());
+    window.wait_for_isovalue(near(down));
+    window.point(400, 250);
     window.input("key space");
     let played = window.wait_for_isovalue(|c| (c - down).abs() > 0.01);
     window.input("key space");

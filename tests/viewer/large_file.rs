@@ -6,11 +6,11 @@ use super::server::{Server, wait_for};
 use super::window::{Picture, TIES, Window};
 use crate::common::program::{Folder, json};
 
-/// Position of the button that computes the curves, from the top left of the window.
-const CURVES: (i32, i32) = (820, 589);
+/// Triangles that the window keeps: fewer than the file has, more than two isosurfaces need.
+const MAX_TRIANGLES: u64 = 150_000;
 
 /// The colour of the curve of components.
-const COMPONENTS: [u8; 3] = [0xE6, 0x9F, 0x00];
+const COMPONENTS: [u8; 3] = [0xd9, 0x7d, 0x2e];
 
 /// Types an isovalue that may begin with a minus.
 fn type_isovalue(window: &Window<'_>, isovalue: f64) {
@@ -49,12 +49,16 @@ fn assert_rendered(window: &Window<'_>, folder: &Folder, isovalue: f64) {
 fn the_window_reads_only_the_chunks_that_it_shows() {
     let server = Server::start();
     let folder = Folder::new();
-    // More triangles than the window keeps.
-    let compute = ["compute", "-q", "--phantom", "noise:65:6", "--brick", "32", "--backend", "cpu"];
+    let compute = ["compute", "-q", "--phantom", "noise:33:6", "--brick", "16", "--backend", "cpu"];
     folder.run(&[&compute[..], &["-o", "s.isp"]].concat());
     let file = SpectrumFile::open(folder.path().join("s.isp")).expect("just written");
     let n = file.size().triangles;
-    assert!(n > 2_000_000, "{n} triangles");
+    assert!(n > MAX_TRIANGLES, "{n} triangles");
+    let limit = MAX_TRIANGLES.to_string();
+    let open = |arguments: &[&str]| {
+        let file = ["s.isp", "--max-triangles", &limit];
+        Window::open(&server, &folder, &[&file[..], arguments].concat())
+    };
     let (low, high) = file.description().range();
     let at = |share: f64| ((low + share * (high - low)) * 100.0).round() / 100.0;
 
@@ -82,7 +86,7 @@ fn the_window_reads_only_the_chunks_that_it_shows() {
     assert!(n_damaged > 5, "{n_damaged} chunks are not needed");
     folder.write("s.isp", &bytes);
     let text = first.to_string();
-    let window = Window::open(&server, &folder, &["s.isp", "-c", &text]);
+    let window = open(&["-c", &text]);
     wait_for_mesh(&window, first, n_triangles(&folder, first));
     assert_rendered(&window, &folder, first);
 
@@ -91,7 +95,7 @@ fn the_window_reads_only_the_chunks_that_it_shows() {
     window.wait_for_isovalue(|c| c == at(0.8));
     drop(window);
     folder.write("s.isp", &whole);
-    let window = Window::open(&server, &folder, &["s.isp", "-c", &text]);
+    let window = open(&["-c", &text]);
     // At other isovalues the required chunks are read, also for two isosurfaces.
     for share in [0.45, 0.12] {
         type_isovalue(&window, at(share));
@@ -100,18 +104,18 @@ fn the_window_reads_only_the_chunks_that_it_shows() {
     }
     drop(window);
     let two = [at(0.45), at(0.12)].map(|c| c.to_string());
-    let window = Window::open(&server, &folder, &["s.isp", "-c", &two[0], "-c", &two[1]]);
+    let window = open(&["-c", &two[0], "-c", &two[1]]);
     let n = n_triangles(&folder, at(0.45)) + n_triangles(&folder, at(0.12));
     wait_for_mesh(&window, at(0.45), n);
 
     // The curves are computed on request.
     let components = || server.screen().1.iter().filter(|&&p| p == COMPONENTS).count();
     let before = components();
-    window.click(CURVES.0, CURVES.1);
+    window.click_on("Button", "compute curves");
     wait_for("curves", || (components() > before + 50).then_some(()));
     folder.run(&["extract", "s.isp", "-c", &at(0.7).to_string(), "-o", "m.ply"]);
     drop(window);
-    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.1"]);
+    let window = open(&["-c", "0.1"]);
     type_isovalue(&window, at(0.7));
     wait_for_mesh(&window, at(0.7), n_triangles(&folder, at(0.7)));
     window.point(400, 250);

@@ -4,17 +4,6 @@ use super::server::{Server, wait_for};
 use super::window::{Picture, TIES, Window};
 use crate::common::program::Folder;
 
-/// Rows of the panel, from the top of the window, and the distance between rows.
-const OPACITY: i32 = 106;
-const PARALLEL: i32 = 129;
-const BACKGROUND: i32 = 151;
-const CLIP: i32 = 207;
-const OFFERED: i32 = 261;
-const KEEP: i32 = 284;
-const SAVE: i32 = 416;
-const SWEEP: i32 = 462;
-const ROW: i32 = 23;
-
 #[test]
 fn every_control_of_the_panel_works() {
     let server = Server::start();
@@ -24,42 +13,42 @@ fn every_control_of_the_panel_works() {
     let whole = window.picture();
 
     // The plane cuts off half of the ball; the camera does not move.
-    window.click(746, CLIP);
+    window.click_on("CheckBox", "clip across");
     let clipped = window.picture();
     assert!(clipped.difference(&whole) > 0.05, "the plane cuts");
     assert!(clipped.covered() < whole.covered(), "and leaves less");
-    window.click(746, CLIP);
+    window.click_on("CheckBox", "clip across");
     assert!(window.picture() == whole, "without the plane all is as before");
 
-    // To the middle of the slider of opacity.
-    window.drag(1, (833, OPACITY), (790, OPACITY));
+    // From the right end of the slider to its middle, and beyond the end.
+    let slider = window.control("Slider", "opacity");
+    let (middle, y) = slider.middle();
+    let right = slider.left + slider.width;
+    window.drag(1, (right - 7, y), (middle, y));
     assert!(window.picture().difference(&whole) > 0.05, "the surface is transparent");
-    window.drag(1, (790, OPACITY), (850, OPACITY));
+    window.drag(1, (middle, y), (right + 10, y));
     assert!(window.picture().difference(&whole) < TIES, "opaque again");
 
-    window.click(746, PARALLEL);
+    window.click_on("CheckBox", "parallel projection");
     let parallel = window.picture();
     // Parts nearer than the middle of the ball are no longer larger.
     let share = parallel.covered() / whole.covered();
     assert!(parallel.difference(&whole) > 0.005 && share < 0.995, "{share} in parallel projection");
-    window.click(746, PARALLEL);
+    window.click_on("CheckBox", "parallel projection");
     assert!(window.picture() == whole, "in perspective all is as before");
 
-    // The first choice of the list below is white, the last one dark.
-    window.click(780, BACKGROUND);
-    window.click(780, BACKGROUND + 3 * ROW - 6);
+    window.choose("background", "dark");
     let dark = window.picture();
     assert!(dark.pixels[0].iter().all(|&c| c < 64), "dark: {:?}", dark.pixels[0]);
-    window.click(780, BACKGROUND);
-    window.click(780, BACKGROUND + ROW - 4);
+    window.choose("background", "white");
     assert!(window.picture() == whole, "white again");
 
-    window.click(868, SAVE);
+    window.click_on("Button", "ply");
     wait_for("the mesh", || folder.names().contains(&"s-0.2.ply".to_owned()).then_some(()));
     folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
     assert!(folder.read("s-0.2.ply") == folder.read("m.ply"), "the mesh is what extract writes");
 
-    window.click(758, SWEEP);
+    window.click_on("Button", "sweep");
     let last = folder.path().join("s-sweep").join("s-00100.png");
     wait_for("the last picture of the sweep", || last.exists().then_some(()));
     window.wait_for_isovalue(|c| c == 0.2);
@@ -76,7 +65,7 @@ fn isovalues_are_suggested_and_kept_next_to_each_other() {
     window.point(400, 250);
     let (_, n_inner) = window.seen();
     let inner = window.picture();
-    window.click(770, OFFERED);
+    window.click_on("Button", "outer");
     window.wait_for_isovalue(|c| c == -0.2);
     let (_, n_outer) = window.seen();
     let outer = window.picture();
@@ -85,14 +74,14 @@ fn isovalues_are_suggested_and_kept_next_to_each_other() {
         "the marked isovalue is that of a larger ball"
     );
     // It stays, in another colour, while the slider moves.
-    window.click(798, KEEP);
+    window.click_on("Button", "keep this isovalue");
     window.type_isovalue("0.2");
     wait_for("two surfaces", || (window.seen().1 == n_inner + n_outer).then_some(()));
     window.point(400, 250);
     let both = window.picture();
     assert!(both.difference(&inner) > 0.05 && both.difference(&outer) > 0.05);
     // It can be removed.
-    window.click(903, KEEP + ROW);
+    window.click_on("Button", "remove");
     wait_for("one surface", || (window.seen().1 == n_inner).then_some(()));
     window.point(400, 250);
     assert_eq!(window.picture().difference(&inner), 0.0);

@@ -53,7 +53,7 @@ fn components_are_selected_hidden_and_followed_by_the_mouse() {
     window.input("key a");
     wait_for("both", || (window.seen().1 == n).then_some(()));
     // With the button and a click. Beyond its maximum the component is gone; it is selected again when it comes back.
-    window.click(818, KEEP_ONE);
+    window.click_on("Button", "keep one");
     window.click(x, y);
     wait_for("the small one", || (window.seen().1 == small).then_some(()));
     window.type_isovalue("4");
@@ -61,9 +61,6 @@ fn components_are_selected_hidden_and_followed_by_the_mouse() {
     window.type_isovalue("0");
     wait_for("the small one again", || (window.seen() == (0.0, small)).then_some(()));
 }
-
-/// Position of the button to keep one component, from the top of the window.
-const KEEP_ONE: i32 = 361;
 
 #[test]
 fn distances_and_positions_are_shown() {

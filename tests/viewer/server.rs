@@ -1,6 +1,7 @@
 //! A virtual X server, and time limits.
 
 use std::io::{BufRead as _, BufReader};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -21,8 +22,9 @@ pub(crate) struct Server {
 impl Server {
     pub(crate) fn start() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
+        // By default the server starts again when its last client leaves, and refuses others meanwhile.
         let mut process = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x900x24", "-fbdir"])
+            .args(["-noreset", "-displayfd", "1", "-screen", "0", "1280x900x24", "-fbdir"])
             .arg(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -33,6 +35,11 @@ impl Server {
         BufReader::new(stdout).read_line(&mut number).expect("the number of the display");
         let display = format!(":{}", number.trim());
         Server { process, display, folder }
+    }
+
+    /// The file with the controls of the window.
+    pub(crate) fn controls(&self) -> PathBuf {
+        self.folder.path().join("controls.tsv")
     }
 
     pub(crate) fn xdotool(&self, arguments: &str) -> String {

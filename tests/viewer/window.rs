@@ -19,6 +19,38 @@ pub(crate) const TIES: f64 = 1e-3;
 /// Side of the corner with the cube, pixels.
 const CUBE: usize = 72;
 
+/// A control of the window, in pixels from its top left.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Control {
+    role: String,
+    name: String,
+    pub(crate) left: i32,
+    pub(crate) top: i32,
+    pub(crate) width: i32,
+    pub(crate) height: i32,
+}
+
+impl Control {
+    /// A line of the list of controls.
+    fn parse(line: &str) -> Self {
+        let parts: Vec<&str> = line.split('\t').collect();
+        let [role, numbers @ .., name] = &parts[..] else { panic!("{line}") };
+        let numbers: Vec<i32> = numbers.iter().map(|n| n.parse().expect("a number")).collect();
+        let [left, top, width, height] = numbers[..] else { panic!("{line}") };
+        let [role, name] = [role, name].map(|text| (*text).to_owned());
+        Control { role, name, left, top, width, height }
+    }
+
+    /// Whether this is its name, or the words with which it begins: names may end in a key or a value.
+    fn is_named(&self, name: &str) -> bool {
+        self.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
+    }
+
+    pub(crate) fn middle(&self) -> (i32, i32) {
+        (self.left + self.width / 2, self.top + self.height / 2)
+    }
+}
+
 /// A window on the server.
 pub(crate) struct Window<'a> {
     server: &'a Server,
@@ -39,8 +71,11 @@ impl<'a> Window<'a> {
         arguments: &[&str],
         word: &str,
     ) -> Self {
+        let controls = server.controls();
+        let _ = std::fs::remove_file(&controls);
         let process = Command::new(program::path())
-            .args(["-q", "view", "--size", "1000x700"])
+            .args(["-q", "view", "--size", "1000x700", "--controls"])
+            .arg(controls)
             .args(arguments)
             .current_dir(folder.path())
             .env("DISPLAY", &server.display)
@@ -102,6 +137,48 @@ impl<'a> Window<'a> {
         self.input(&format!("mouseup {button}"));
     }
 
+    /// The controls that the window shows.
+    fn controls(&self) -> Vec<Control> {
+        let list = std::fs::read_to_string(self.server.controls()).unwrap_or_default();
+        list.lines().map(Control::parse).collect()
+    }
+
+    /// Waits for the control of a role with this name, and until it rests; the first one from the top, if there are several.
+    pub(crate) fn control(&self, role: &str, name: &str) -> Control {
+        let find = || self.controls().into_iter().find(|c| c.role == role && c.is_named(name));
+        wait_for(&format!("{role} {name}"), || {
+            let found = find()?;
+            sleep(EVENT_INTERVAL / 2);
+            find().filter(|later| *later == found)
+        })
+    }
+
+    /// Moves the pointer to a control, again if that has moved meanwhile: curves that are finished change the layout.
+    fn point_at(&self, role: &str, name: &str) {
+        let mut control = self.control(role, name);
+        loop {
+            let (x, y) = control.middle();
+            self.point(x, y);
+            let now = self.control(role, name);
+            if now == control {
+                return;
+            }
+            control = now;
+        }
+    }
+
+    /// Clicks on a control.
+    pub(crate) fn click_on(&self, role: &str, name: &str) {
+        self.point_at(role, name);
+        self.input("click 1");
+    }
+
+    /// Clicks on a choice of a list.
+    pub(crate) fn choose(&self, list: &str, choice: &str) {
+        self.click_on("ComboBox", list);
+        self.click_on("Button", choice);
+    }
+
     /// Clicks on a point, from the top left of the window.
     pub(crate) fn click(&self, x: i32, y: i32) {
         self.point(x, y);
@@ -123,7 +200,7 @@ impl<'a> Window<'a> {
 
     /// Types into the field of the isovalue.
     pub(crate) fn type_isovalue(&self, text: &str) {
-        self.point(100, 570);
+        self.point_at("TextInput", "isovalue");
         self.input("click --repeat 2 --delay 80 1");
         self.input("key ctrl+a");
         self.input(&format!("type --delay 40 {text}"));

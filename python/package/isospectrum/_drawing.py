@@ -73,6 +73,7 @@ class Drawing:
         opacity: SupportsFloat = 1.0,
         occlusion: bool | None = None,
         wireframe: bool = False,
+        silhouette: bool = False,
         axes: bool = False,
         open: bool | None = None,  # noqa: A002 (as --open)
         keep: SupportsIndex | Literal["largest"] | None = None,
@@ -98,7 +99,7 @@ class Drawing:
             Named isovalues offered to the reader: ``{"bone": 1200, "skin": -200}``.
         range, tolerance, step : two isovalues, float, float, optional
             Isovalues to publish; distance within which knots are left out; multiples to which positions are rounded (voxels).
-        camera, up, orthographic, color, color_by, color_map, color_range, color_center, style, light, clip, opacity, occlusion, wireframe : optional
+        camera, up, orthographic, color, color_by, color_map, color_range, color_center, style, light, clip, opacity, occlusion, wireframe, silhouette : optional
             Initial appearance, as in :meth:`render`; colours are none, quality, lifetime, curvature or component.
         background : {"white", "light", "dark"}, optional
             Initial background: white, light or dark; by default that of the style, else that of the reader's browser.
@@ -175,6 +176,7 @@ class Drawing:
         opacity: SupportsFloat = 1.0,
         occlusion: bool | None = None,
         wireframe: bool = False,
+        silhouette: bool = False,
         axes: bool = False,
         scale_bar: bool = False,
         label: str | None = None,
@@ -225,8 +227,9 @@ class Drawing:
             ``"x:50%"``, ``"z:12.5"``, or ``"-x:50%"`` to keep the other side.
         opacity : float, default 1
             Opacity of the surface, 0 to 1.
-        occlusion, wireframe : bool, optional
-            Ambient occlusion, by default that of the style, else none; draw the edges of the triangles.
+        occlusion, wireframe, silhouette : bool, optional
+            Ambient occlusion, by default that of the style, else none; draw the edges of the triangles; draw thin lines where the surface
+            turns away.
         axes, scale_bar : bool, default False
             The box of the volume, the axes of the world and a scale bar; a scale bar alone.
         label : str, optional
@@ -286,7 +289,7 @@ class Drawing:
     def _appearance_arguments(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """The arguments of a method that describe the appearance, converted for the library."""
         texts = ("up", "color_map", "style", "background", "light")
-        flags = ("orthographic", "wireframe", "axes")
+        flags = ("orthographic", "wireframe", "silhouette", "axes")
         camera, clip = arguments["camera"], arguments["clip"]
         return {
             **{name: arguments[name] for name in texts},

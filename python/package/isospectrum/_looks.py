@@ -70,6 +70,7 @@ class DrawingOptions(TypedDict, total=False):
     opacity: SupportsFloat
     occlusion: bool | None
     wireframe: bool
+    silhouette: bool
     axes: bool
     scale_bar: bool
     label: str | None
