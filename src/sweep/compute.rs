@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::area;
@@ -12,11 +11,11 @@ use super::counts::Counts;
 use super::exact::{ExactCells, ExactInterval};
 use super::initial::{self, InitialMesh};
 use super::isovalue_ranks::IsovalueRanks;
-use super::life::{Life, merge_sorted};
+use super::life::merge_sorted;
 use super::march::{Marched, march};
 use super::parameters::Parameters;
 use super::patch::{Recorded, Swept, Thinning, patch};
-use super::record::{OwnKnot, Recorder};
+use super::record::Recorder;
 use super::region::{self, PaddedGrid};
 use super::seam_triangles::join_seam_triangles;
 use super::shared::SharedPlanes;
@@ -93,27 +92,21 @@ pub(super) fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swep
     intervals.extend(own.map(|cell| ExactInterval { cell, low, high }));
     let stage = sweep.stages.finishing(sweep.progress);
     stage.report(0.0);
-    let Recorder { mut lives, knots, .. } = record;
-    let mut inner = Vec::new();
-    split_chords(&mut lives, &mut inner, &sweep.exact, sweep.range);
-    let record = recorded(sweep, lives, knots, inner, intervals)?;
+    let recorded = recorded(sweep, record, intervals)?;
     stage.report(0.5);
     // An initial mesh is shown unchanged at its isovalue.
     let kept = sweep.parameters.start.filter(|_| is_given);
     let thinning = Thinning { tolerance: sweep.parameters.error as f32, kept };
-    let patch = patch(record, &sweep.exact, sweep.range, thinning)?;
+    let patch = patch(recorded, &sweep.exact, sweep.range, thinning)?;
     stage.report(1.0);
     Ok((patch, counts))
 }
 
-/// The triangles of a march, which have these lifetimes and knots, and `inner` for vertices inside cells; and those of the cells that are exact in these intervals.
-fn recorded(
-    sweep: &Sweep,
-    lives: Vec<Life>,
-    knots: Vec<Vec<OwnKnot>>,
-    mut inner: Vec<Vec<(f64, Vec3)>>,
-    intervals: Vec<ExactInterval>,
-) -> Result<Recorded> {
+/// The triangles that a march has recorded, and those of the cells that are exact in some intervals.
+fn recorded(sweep: &Sweep, record: Recorder, intervals: Vec<ExactInterval>) -> Result<Recorded> {
+    let Recorder { mut lives, knots, .. } = record;
+    let mut inner = Vec::new();
+    split_chords(&mut lives, &mut inner, &sweep.exact, sweep.range);
     let codes = TrackCodes::new(PaddedGrid::of(&sweep.exact), knots.len())?;
     let cells = ExactCells::new(&sweep.exact, &sweep.topology, intervals);
     let of_tracked = IsovalueRanks::of(&lives, |l, ends| ends.extend([l.low, l.high]));

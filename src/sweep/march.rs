@@ -50,8 +50,8 @@
 //! 17. **Finish** (`march/step.rs`, `remesh.rs`, `record.rs`). Failing faces are repaired; the mesh is remeshed: flip, refine,
 //!     split, collapse, flip; knots of vertices and lifetimes of triangles are recorded. Blocks of faces that still fail become
 //!     exact in the next step.
-//! 18. **Spectrum** (`compute.rs`, `exact.rs`, `chords.rs`, `thin.rs`, `patch.rs`). Triangles of the exact extraction are
-//!     added for every interval in which a block was exact, and trajectories are thinned to the tolerance.
+//! 18. **Spectrum** (`compute.rs`, `exact.rs`, `seam_triangles.rs`, `chords.rs`, `thin.rs`, `patch.rs`). Triangles of the exact
+//!     extraction are added for every interval in which a block was exact, and trajectories are thinned to the tolerance.
 
 mod exchanges;
 mod length;
