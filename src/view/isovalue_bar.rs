@@ -1,7 +1,7 @@
 //! The bar with the isovalue and its slider; the progress and help windows.
 
 use eframe::egui::{
-    self, Align2, ComboBox, DragValue, Label, ProgressBar, ScrollArea, TextEdit, Ui, vec2,
+    self, Align2, Button, ComboBox, DragValue, Label, ProgressBar, ScrollArea, TextEdit, Ui, vec2,
 };
 
 use super::cost::in_time;
@@ -44,7 +44,9 @@ impl Window {
             }
             let speed = DragValue::new(&mut self.speed).range(0.1..=10.0).speed(0.02);
             ui.add(speed.prefix("speed ").fixed_decimals(1));
-            ui.toggle_value(&mut self.is_help_open, "help (H)");
+            if ui.add(Button::new("help (H)").selected(self.is_help_open)).clicked() {
+                self.is_help_open = !self.is_help_open;
+            }
             if ui.button("open").clicked() {
                 request = Some(Request::Dialog(Purpose::Open));
             }

@@ -123,7 +123,7 @@ fn appearance(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Opt
     legend(ui, scene, view, options);
     ui.horizontal(|ui| {
         let mut wireframe = view.wireframe.is_some();
-        if ui.checkbox(&mut wireframe, "edges (W)").changed() {
+        if ui.checkbox(&mut wireframe, "wireframe (W)").changed() {
             view.wireframe = wireframe.then_some(1.0);
         }
         if ui.checkbox(&mut view.axes, "axes (G)").changed() {
@@ -221,7 +221,9 @@ fn clip_plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options
     ui.horizontal(|ui| {
         ui.checkbox(&mut options.clip, "clip across");
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            ui.selectable_value(&mut options.clip_axis, axis, name);
+            if ui.add(Button::new(name).selected(options.clip_axis == axis)).clicked() {
+                options.clip_axis = axis;
+            }
         }
         ui.checkbox(&mut options.clip_is_flipped, "other side");
     });
@@ -280,11 +282,12 @@ fn components(
         ui.label("click to");
         for (choice, name) in [(Tool::Keep, "keep one"), (Tool::Hide, "hide one")] {
             let is_selected = *tool == Some(choice);
-            if ui.selectable_label(is_selected, name).clicked() {
+            if ui.add(Button::new(name).selected(is_selected)).clicked() {
                 *tool = (!is_selected).then_some(choice);
             }
         }
-        if ui.selectable_label(*tool == Some(Tool::Measure), "measure (M)").clicked() {
+        let is_measuring = *tool == Some(Tool::Measure);
+        if ui.add(Button::new("measure (M)").selected(is_measuring)).clicked() {
             command = Some(Command::Perform(Action::Measure));
         }
         let are_all_shown = view.keep.is_all() && scene.picks.is_empty();

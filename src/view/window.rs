@@ -9,7 +9,7 @@ use eframe::egui::{
     ViewportCommand,
 };
 
-use super::compute_dialog::{self, ComputeDialog, Ready};
+use super::compute_dialog::ComputeDialog;
 use super::controls::ControlList;
 use super::file_dialog::FileDialog;
 use super::history::History;
@@ -23,11 +23,9 @@ use super::scene::Scene;
 use super::{actions, camera_control, plot};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::prepared::{Noise, Prepared};
 use crate::render::{Background, Camera, Color, Surface, View};
-use crate::spectrum::Spectrum;
 use crate::sweep::Parameters;
-use crate::volume::{Preparation, Volume};
+use crate::volume::Volume;
 
 /// Seconds for the range of isovalues while a sweep plays at speed 1.
 const SWEEP_SECONDS: f64 = 12.0;
@@ -194,53 +192,7 @@ impl Window {
         self.loading = Some(Loading::start(source, self.max_triangles, context));
     }
 
-    /// Computes the spectrum of a volume as it is.
-    pub(super) fn compute(&mut self, volume: Volume, context: &egui::Context) -> Result<()> {
-        let prepared = Prepared::new(volume, Preparation::default(), Noise::default())?;
-        let ready = Ready { prepared, parameters: self.parameters.clone() };
-        self.load(LoadSource::Ready(Box::new(ready)), context);
-        Ok(())
-    }
-
-    /// Opens the dialog for a volume, over one of its isosurfaces if nothing else is shown.
-    fn ask_how_to_compute(
-        &mut self,
-        volume: Volume,
-        preview: Option<Box<Spectrum>>,
-        context: &egui::Context,
-    ) -> Result<()> {
-        if let Some(spectrum) = preview.filter(|_| self.scene.is_none()) {
-            self.show_scene(Loaded::preview(volume.name().to_owned(), *spectrum), context)?;
-        }
-        self.compute_dialog = Some(ComputeDialog::new(volume, self.parameters.clone()));
-        Ok(())
-    }
-
-    /// Whether an isosurface of a volume is shown whose spectrum is not there yet.
-    pub(super) fn shows_preview(&self) -> bool {
-        self.scene.as_ref().is_some_and(|scene| scene.is_preview)
-    }
-
-    /// Ends the preview, if there is one.
-    pub(super) fn close_preview(&mut self) {
-        if let Some(mut preview) = self.scene.take_if(|scene| scene.is_preview) {
-            preview.close(&self.render_state);
-        }
-    }
-
-    /// Shows the dialog for a volume, and computes its spectrum when that is chosen.
-    fn show_compute_dialog(&mut self, context: &egui::Context) {
-        let Some(mut dialog) = self.compute_dialog.take() else { return };
-        match dialog.show(context) {
-            compute_dialog::Outcome::Open => self.compute_dialog = Some(dialog),
-            compute_dialog::Outcome::Cancelled => self.close_preview(),
-            compute_dialog::Outcome::Chosen(ready) => {
-                self.load(LoadSource::Ready(ready), context);
-            }
-        }
-    }
-
-    fn show_scene(&mut self, loaded: Loaded, context: &egui::Context) -> Result<()> {
+    pub(super) fn show_scene(&mut self, loaded: Loaded, context: &egui::Context) -> Result<()> {
         self.close_preview();
         let scene = Scene::new(&self.gpu, loaded, self.field.clone(), context)?;
         // The new spectrum may lack the data for the colours.
