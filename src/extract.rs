@@ -104,8 +104,11 @@ impl<'f, 'v> CellExtractor<'f, 'v> {
         let polygoniser = &mut self.0;
         let field = polygoniser.field;
         (polygoniser.isovalue, polygoniser.isovalue_key) = (isovalue, field.isovalue_key(isovalue));
-        let Extraction { positions, faces, caps, crossings, .. } = &mut polygoniser.mesh;
-        (positions.clear(), faces.clear(), caps.clear(), crossings.clear());
+        let mesh = &mut polygoniser.mesh;
+        mesh.positions.clear();
+        mesh.faces.clear();
+        mesh.caps.clear();
+        mesh.crossings.clear();
         let cell = Cell::at(field, corner, isovalue);
         if cell.inside != 0 && cell.inside != 255 {
             polygoniser.add_cell(&cell);
