@@ -6,7 +6,7 @@ use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::color::ColorSources;
 use isospectrum::page::{self, DEFAULT_STEP, Link, Look, Page, Sizes};
-use isospectrum::render::{Background, Image, Light, Renderer, Style, Surface, View, reveal_inner};
+use isospectrum::render::{Background, Image, Renderer, Surface, View, reveal_inner};
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{Histogram, Statistics, Volume};
@@ -22,6 +22,7 @@ use super::mark_argument::{Mark, resolved};
 use super::number_argument::{not_negative, positive};
 use super::progress::Bar;
 use super::spectrum_file::{Opened, PACK_BYTES, check_memory};
+use super::style_arguments::StyleArguments;
 use super::surface_argument::SurfaceArgument;
 use super::{empty, gpu, heading, report};
 use isospectrum::file::Output;
@@ -90,30 +91,11 @@ pub(super) struct Html {
     /// Author, at the bottom
     #[arg(long, value_name = "TEXT", help_heading = heading::PAGE)]
     credit: Option<String>,
-    /// Background, light and colour: paper, studio, ...
-    ///
-    /// One of default, paper (white, a muted colour, occlusion), studio (dark, a warm colour, occlusion), flat (light from the eye,
-    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence. The reader can choose another one.
-    #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true, help_heading = heading::PAGE)]
-    style: Style,
+    #[command(flatten)]
+    style: StyleArguments,
     /// Background: white, light or dark [default: that of the browser]
     #[arg(long, value_name = "COLOR", hide_short_help = true, help_heading = heading::PAGE)]
     background: Option<Background>,
-    /// Light from upper-left, eye, left, ...
-    ///
-    /// One of upper-left, eye, left, right, above, below.
-    /// Direction of the main light at first, relative to the viewer. `eye` casts no shadow.
-    #[arg(long, value_name = "FROM", hide_short_help = true, help_heading = heading::PAGE)]
-    light: Option<Light>,
-    /// Darken hollows at first
-    ///
-    /// Ambient occlusion in screen space. It shows form where noise hides it. The default is yes where the reader's browser draws with
-    /// WebGPU on a GPU; `--occlusion=false`: not.
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PAGE)]
-    occlusion: Option<bool>,
-    /// Draw thin lines where the surface turns away
-    #[arg(long, help_heading = heading::PAGE)]
-    silhouette: bool,
     /// Draw the edges of the triangles at first
     #[arg(long, help_heading = heading::PAGE)]
     wireframe: bool,
@@ -253,12 +235,12 @@ impl Html {
         }
         let mut surfaces = surfaces.into_iter();
         let first = surfaces.next();
-        let style = self.style.values();
+        let style = self.style.style.values();
         let look = Look {
-            occlusion: self.occlusion.or(style.occlusion),
-            light: self.light.unwrap_or(style.light),
+            occlusion: self.style.occlusion.or(style.occlusion),
+            light: self.style.light.unwrap_or(style.light),
             wireframe: self.wireframe,
-            silhouette: self.silhouette,
+            silhouette: self.style.silhouette,
             opacity: first
                 .and_then(|surface| surface.opacity)
                 .unwrap_or(self.cutaway.opacity as f32),

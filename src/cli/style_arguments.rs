@@ -1,4 +1,4 @@
-//! The style of a picture or of the window, and the flags that take precedence over it.
+//! The style of a picture, of the window or of a page, and the flags that take precedence over it.
 
 use clap::Args;
 
@@ -12,7 +12,8 @@ pub(super) struct StyleArguments {
     /// Background, light and colour: paper, studio, ...
     ///
     /// One of default, paper (white, a muted colour, occlusion), studio (dark, a warm colour, occlusion), flat (light from the eye,
-    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence.
+    /// no occlusion). --light, --occlusion, --background and colours of --isovalue take precedence. The reader of a page
+    /// can choose another one.
     #[arg(long, value_name = "NAME", default_value = "default", hide_default_value = true, help_heading = heading::PICTURE)]
     pub(super) style: Style,
     /// Light from upper-left, eye, left, ...
@@ -20,15 +21,16 @@ pub(super) struct StyleArguments {
     /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
     #[arg(long, value_name = "FROM", help_heading = heading::PICTURE)]
-    light: Option<Light>,
+    pub(super) light: Option<Light>,
     /// Darken hollows
     ///
-    /// Ambient occlusion in screen space. It shows form where noise hides it. `--occlusion=false`: not, whatever the style.
+    /// Ambient occlusion in screen space. It shows form where noise hides it. `--occlusion=false`: not, whatever the style. A page
+    /// without a style has it where the browser draws with WebGPU on a GPU.
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PICTURE)]
-    occlusion: Option<bool>,
+    pub(super) occlusion: Option<bool>,
     /// Draw thin lines where the surface turns away
     #[arg(long, help_heading = heading::PICTURE)]
-    silhouette: bool,
+    pub(super) silhouette: bool,
 }
 
 impl StyleArguments {
