@@ -89,7 +89,7 @@ pub(super) struct Html {
     #[arg(long, value_name = "TEXT", help_heading = heading::PAGE)]
     caption: Option<String>,
     /// Author, at the bottom
-    #[arg(long, value_name = "TEXT", help_heading = heading::PAGE)]
+    #[arg(long, value_name = "TEXT", hide_short_help = true, help_heading = heading::PAGE)]
     credit: Option<String>,
     #[command(flatten)]
     style: StyleArguments,
@@ -100,7 +100,7 @@ pub(super) struct Html {
     #[arg(long, help_heading = heading::PAGE)]
     wireframe: bool,
     /// Draw the box of the volume, axes and a scale bar
-    #[arg(long, help_heading = heading::PAGE)]
+    #[arg(long, hide_short_help = true, help_heading = heading::PAGE)]
     axes: bool,
     #[command(flatten)]
     cutaway: CutawayArguments,

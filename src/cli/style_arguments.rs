@@ -20,7 +20,7 @@ pub(super) struct StyleArguments {
     ///
     /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
-    #[arg(long, value_name = "FROM", help_heading = heading::PICTURE)]
+    #[arg(long, value_name = "FROM", hide_short_help = true, help_heading = heading::PICTURE)]
     pub(super) light: Option<Light>,
     /// Darken hollows
     ///
@@ -29,7 +29,7 @@ pub(super) struct StyleArguments {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = heading::PICTURE)]
     pub(super) occlusion: Option<bool>,
     /// Draw thin lines where the surface turns away
-    #[arg(long, help_heading = heading::PICTURE)]
+    #[arg(long, hide_short_help = true, help_heading = heading::PICTURE)]
     pub(super) silhouette: bool,
 }
 
