@@ -25,6 +25,7 @@ mod options;
 mod range;
 mod script;
 mod slice;
+mod still;
 mod template;
 mod tokens;
 
@@ -34,3 +35,4 @@ pub use knots::with_fewer_knots;
 pub use link::Link;
 pub use options::{Look, Page};
 pub use range::with_range;
+pub use still::still;

@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use isospectrum::color::ColorSources;
-use isospectrum::page::Page;
-use isospectrum::render::{Background, Gpu, Image, Renderer, Surface, View, linear};
+use isospectrum::render::{Image, Surface, View, linear};
 use isospectrum::{Error, Result};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -87,42 +85,6 @@ impl Pictured {
             .with_open(appearance.open)
             .with_keep(appearance.keep(spectrum)))
     }
-}
-
-/// The still picture of a page, for readers whose browser cannot draw it.
-pub(crate) fn still(
-    gpu: &Gpu,
-    spectrum: &isospectrum::Spectrum,
-    page: &Page<'_>,
-    first: Surface,
-    sources: &ColorSources,
-) -> Result<Image> {
-    let look = &page.look;
-    let mut view = View::default()
-        .with_width(640)
-        .with_height(480)
-        .with_open(page.open)
-        .with_keep(page.keep)
-        .with_camera(page.camera)
-        .with_background(Background::Transparent)
-        .with_color(page.color)
-        .with_map(page.map)
-        .with_ends(page.ends)
-        .with_light(look.light)
-        .with_clip(look.clip)
-        .with_occlusion(look.occlusion.unwrap_or(false))
-        .with_front(look.front)
-        .with_wireframe(look.wireframe.then_some(1.0))
-        .with_silhouette(look.silhouette)
-        .with_opacity(look.opacity);
-    let mut renderer = Renderer::new(gpu, spectrum)?;
-    renderer.set_sources(sources.clone());
-    let surfaces: Vec<Surface> = std::iter::once(first).chain(look.also.iter().copied()).collect();
-    let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
-    if let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
-        view.fit(spectrum.volume(), bounds);
-    }
-    renderer.draw_all(&surfaces, &view)
 }
 
 /// An isosurface to show: isovalue, sRGB colour, opacity.

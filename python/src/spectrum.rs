@@ -21,7 +21,7 @@ use crate::backend;
 use crate::errors::raised;
 use crate::handle::Handle;
 use crate::identities::{self, Lifetimes, Trajectory};
-use crate::picture::{Picture, Pictured, Shown, still, surfaces_of};
+use crate::picture::{Picture, Pictured, Shown, surfaces_of};
 use crate::reports::{self, Curves};
 use crate::surface::{Surface, shown, shown_with_ids};
 use crate::volume::Volume;
@@ -370,7 +370,7 @@ impl Spectrum {
                     .with_statistics(statistics.as_ref())
                     .with_slice(volume.as_ref().filter(|_| has_slice))
                     .with_marks(&marks);
-            let still = gpu.map(|gpu| still(&gpu, &spectrum, &page, first, &sources));
+            let still = gpu.map(|gpu| page::still(&gpu, &spectrum, &page, first));
             let still = still.transpose()?;
             page.still = still.as_ref();
             page::html(&spectrum, &page).map(|(text, _)| text)

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Progress as _;
-use isospectrum::color::ColorSources;
 use isospectrum::page::{self, DEFAULT_STEP, Link, Look, Page, Sizes};
-use isospectrum::render::{Background, Image, Renderer, Surface, View, reveal_inner};
+use isospectrum::render::{Background, Image, Surface, reveal_inner};
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{Histogram, Statistics, Volume};
@@ -151,28 +150,29 @@ impl Html {
         let sources = self.color.sources(&spectrum, None)?;
         let isovalue = first.map_or_else(|| spectrum.shown_first(), |surface| surface.isovalue);
         empty::warn(&spectrum, isovalue, self.border.is_open(&spectrum));
+        let mut page =
+            Page::new(self.title.as_deref().unwrap_or(&spectrum.volume().name), isovalue)
+                .with_caption(self.caption.as_deref())
+                .with_credit(self.credit.as_deref())
+                .with_step(self.step)
+                .with_open(self.border.is_open(&spectrum))
+                .with_camera(self.camera.camera())
+                .with_color(self.color.shown())
+                .with_map(self.color.color_map)
+                .with_ends(self.color.ends())
+                .with_field(&sources)
+                .with_axes(self.axes)
+                .with_look(look)
+                .with_keep(self.keep.of(&spectrum))
+                .with_samples(samples.as_ref())
+                .with_statistics(statistics.as_ref())
+                .with_slice(volume.as_ref().filter(|_| self.slice))
+                .with_marks(&marks);
         let bar = Bar::new(quiet);
         bar.report(0.1, "drawing the still picture");
         let shown = first.unwrap_or_else(|| isovalue.into());
-        let still = self.still(&spectrum, shown, &look, &sources)?;
-        let page = Page::new(self.title.as_deref().unwrap_or(&spectrum.volume().name), isovalue)
-            .with_caption(self.caption.as_deref())
-            .with_credit(self.credit.as_deref())
-            .with_step(self.step)
-            .with_open(self.border.is_open(&spectrum))
-            .with_camera(self.camera.camera())
-            .with_color(self.color.shown())
-            .with_map(self.color.color_map)
-            .with_ends(self.color.ends())
-            .with_field(&sources)
-            .with_axes(self.axes)
-            .with_look(look)
-            .with_keep(self.keep.of(&spectrum))
-            .with_samples(samples.as_ref())
-            .with_statistics(statistics.as_ref())
-            .with_slice(volume.as_ref().filter(|_| self.slice))
-            .with_marks(&marks)
-            .with_still(still.as_ref());
+        let still = self.still(&spectrum, &page, shown)?;
+        page.still = still.as_ref();
         bar.report(0.3, "packing and measuring");
         let (text, sizes) = match &link {
             Some(link) => page::linked(&spectrum, &page, link)?,
@@ -276,49 +276,16 @@ impl Html {
         self.volume.as_ref().map(|path| volume_of(path, spectrum)).transpose()
     }
 
-    /// Renders the still picture for browsers without WebGPU and WebGL, if there is a GPU.
-    fn still(
-        &self,
-        spectrum: &Spectrum,
-        shown: Surface,
-        look: &Look,
-        sources: &ColorSources,
-    ) -> Result<Option<Image>> {
-        let gpu = match gpu::open(self.adapter.as_deref()) {
-            Ok(gpu) => gpu,
+    /// Renders the still picture, if there is a GPU.
+    fn still(&self, spectrum: &Spectrum, page: &Page<'_>, shown: Surface) -> Result<Option<Image>> {
+        match gpu::open(self.adapter.as_deref()) {
+            Ok(gpu) => page::still(&gpu, spectrum, page, shown).map(Some),
             Err(Error::Gpu(why)) => {
                 log::info!("no still picture: {why}");
-                return Ok(None);
+                Ok(None)
             }
-            Err(error) => return Err(error),
-        };
-        // The page can be light or dark, so the background is transparent.
-        let mut view = View::default()
-            .with_width(640)
-            .with_height(480)
-            .with_open(self.border.is_open(spectrum))
-            .with_keep(self.keep.of(spectrum))
-            .with_camera(self.camera.camera())
-            .with_background(Background::Transparent)
-            .with_color(self.color.shown())
-            .with_map(self.color.color_map)
-            .with_ends(self.color.ends())
-            .with_occlusion(look.occlusion.unwrap_or(false))
-            .with_front(look.front)
-            .with_light(look.light)
-            .with_wireframe(look.wireframe.then_some(1.0))
-            .with_silhouette(look.silhouette)
-            .with_clip(look.clip)
-            .with_opacity(look.opacity);
-        let mut renderer = Renderer::new(&gpu, spectrum)?;
-        renderer.set_sources(sources.clone());
-        let surfaces: Vec<Surface> =
-            std::iter::once(shown).chain(look.also.iter().copied()).collect();
-        let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
-        if let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
-            view.fit(spectrum.volume(), bounds);
+            Err(error) => Err(error),
         }
-        renderer.draw_all(&surfaces, &view).map(Some)
     }
 }
 
