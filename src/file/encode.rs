@@ -64,15 +64,16 @@ pub(super) fn encode(
     n_chunks: usize,
     units: Units,
 ) -> Result<Encoded> {
-    let samples = Samples::new(spectrum.volume(), units);
-    let (about, patch) = spectrum.into_parts();
-    let Patch { isovalues, first_knot, knots, triangles, collapses } = patch;
-    let (starts, mut triangles) = by_chunk(tree, triangles);
-    let paths = Knots { isovalues: &isovalues, first_knot: &first_knot, knots: &knots };
-    let encoder = Encoder::new(paths, (&starts, &triangles), tree, (n_chunks, units), samples);
+    // The triangles are changed in place, and all else stays until they are in the order of the file.
+    let (about, mut patch) = spectrum.into_parts();
+    let (starts, mut triangles) = by_chunk(tree, std::mem::take(&mut patch.triangles));
+    let rest = Spectrum::unchecked(about, patch);
+    let encoder = Encoder::new(&rest, (&starts, &triangles), tree, (n_chunks, units));
     let chunks = encoder.below(0, &mut Path::default(), &mut triangles)?;
     drop(encoder);
-    let n_vertices = first_knot.len().saturating_sub(1);
+    let n_vertices = rest.n_vertices();
+    let (about, patch) = rest.into_parts();
+    let Patch { isovalues, first_knot, knots, collapses, .. } = patch;
     let mut order = Vec::with_capacity(n_vertices);
     let mut contents = Vec::with_capacity(chunks.len());
     for chunk in chunks {
@@ -116,27 +117,9 @@ fn by_chunk(tree: &Tree, triangles: Vec<Triangle>) -> (Vec<usize>, Vec<Triangle>
     (first_number.iter().map(|&first| starts[first as usize] as usize).collect(), sorted)
 }
 
-/// The trajectories of a spectrum.
-#[derive(Clone, Copy)]
-struct Knots<'a> {
-    isovalues: &'a [f64],
-    first_knot: &'a [u32],
-    knots: &'a [Knot],
-}
-
-impl<'a> Knots<'a> {
-    fn n_vertices(self) -> usize {
-        self.first_knot.len().saturating_sub(1)
-    }
-
-    fn trajectory(self, v: u32) -> &'a [Knot] {
-        let [from, to] = [v as usize, v as usize + 1].map(|v| self.first_knot[v] as usize);
-        &self.knots[from..to]
-    }
-}
-
 struct Encoder<'a> {
-    knots: Knots<'a>,
+    /// Without its triangles.
+    spectrum: &'a Spectrum,
     tree: &'a Tree,
     n_chunks: usize,
     units: Units,
@@ -155,17 +138,17 @@ struct Encoder<'a> {
 }
 
 impl<'a> Encoder<'a> {
-    /// An encoder of triangles by chunk.
+    /// An encoder of a spectrum whose triangles are apart, by chunk.
     fn new(
-        knots: Knots<'a>,
+        spectrum: &'a Spectrum,
         (first_triangle, triangles): (&'a [usize], &[Triangle]),
         tree: &'a Tree,
         (n_chunks, units): (usize, Units),
-        samples: Samples,
     ) -> Self {
-        let n_vertices = knots.n_vertices();
+        let samples = Samples::new(spectrum.volume(), units);
+        let n_vertices = spectrum.n_vertices();
         let all = (0..n_vertices as u32).into_par_iter();
-        let is_lattice = all.map(|v| samples.edge_of(knots.trajectory(v)).is_some()).collect();
+        let is_lattice = all.map(|v| samples.edge_of(spectrum.trajectory(v)).is_some()).collect();
         let n = tree.chunks().len();
         let mut chunk_of = vec![u32::MAX; n_vertices];
         for (chunk, range) in (0..).zip(first_triangle.windows(2)) {
@@ -192,7 +175,7 @@ impl<'a> Encoder<'a> {
         }
         let on_path = (0..n_vertices).map(|_| AtomicU32::new(0)).collect();
         Encoder {
-            knots,
+            spectrum,
             tree,
             n_chunks,
             units,
@@ -256,7 +239,7 @@ impl<'a> Encoder<'a> {
         let mut ranks = Ranks::default();
         for (&v, k) in vertices.iter().zip(0..) {
             self.on_path[v as usize].store(n_above + k, Ordering::Relaxed);
-            let knots: &[Knot] = self.knots.trajectory(v);
+            let knots: &[Knot] = self.spectrum.trajectory(v);
             ranks.push(knots.iter().map(|knot| knot.rank), self.is_lattice[v as usize]);
             path.positions.extend(knots.iter().map(|knot| self.units.of(knot)));
             path.numbers.push(self.first_vertex[i] + k);
@@ -266,10 +249,10 @@ impl<'a> Encoder<'a> {
         own.par_iter_mut().zip(&*corners).for_each(|(t, corners)| t.vertices = *corners);
         // Large lists are dropped as soon as possible.
         (order.triangles, order.corners) = (Vec::new(), Vec::new());
-        let n_isovalues = self.knots.isovalues.len() as u32;
+        let n_isovalues = self.spectrum.isovalues().len() as u32;
         let of = Surroundings {
             ranks: &path.ranks,
-            isovalues: self.knots.isovalues,
+            isovalues: self.spectrum.isovalues(),
             triangles: own,
             n_above,
             pivot: chunk.pivot,
@@ -312,7 +295,7 @@ impl<'a> Encoder<'a> {
         let life = |local: u32| match own_of(local) {
             None => path.ranks.life(local),
             Some(v) => {
-                let knots = self.knots.trajectory(v);
+                let knots = self.spectrum.trajectory(v);
                 Some((knots.first()?.rank, knots.last()?.rank))
             }
         };
