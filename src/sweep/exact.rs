@@ -15,7 +15,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::isovalue_ranks::IsovalueRanks;
+use super::isovalue_ranks::{IsovalueRanks, isovalues_of};
 use super::life::merge_sorted;
 use super::region::{LatticeEdge, PaddedGrid};
 use super::shared::SharedPlanes;
@@ -81,7 +81,10 @@ impl<'a> ExactCells<'a> {
         intervals: Vec<ExactInterval>,
     ) -> Self {
         let (grid, shared) = (PaddedGrid::of(field), SharedPlanes::of(field));
-        let is_own = |e: &&TopologyEvent| !matches!(e.element, GridElement::Vertex(v) if shared.holds_sample(v));
+        let is_own = |e: &&TopologyEvent| match e.element {
+            GridElement::Vertex(v) => !shared.holds_sample(v),
+            _ => true,
+        };
         let own = topology.events.iter().filter(is_own);
         let cells =
             own.flat_map(|e| grid.cells_at(e.element).into_iter().map(|cell| (cell, e.isovalue)));
@@ -91,8 +94,8 @@ impl<'a> ExactCells<'a> {
     }
 
     /// All isovalues at which triangles may begin or end.
-    pub(super) fn ends(&self) -> IsovalueRanks {
-        IsovalueRanks::of(&self.intervals, |interval, ends| ends.extend(self.breaks(interval)))
+    pub(super) fn ends(&self) -> Vec<f64> {
+        isovalues_of(&self.intervals, |interval, ends| ends.extend(self.breaks(interval)))
     }
 
     /// Appends the triangles of all cells in the intervals in which they are exact, by cell, with codes of trajectories and ranks of `ends`,

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 /// Items per task.
-const TASK_ITEMS: usize = 1 << 14;
+pub(super) const TASK_ITEMS: usize = 1 << 16;
 
 /// Isovalues, increasing and different.
 pub(super) struct IsovalueRanks {
@@ -37,26 +37,14 @@ impl IsovalueRanks {
         table
     }
 
-    /// A table of the isovalues that `collect` appends for all items.
-    pub(super) fn of<X: Sync>(items: &[X], collect: impl Fn(&X, &mut Vec<f64>) + Sync) -> Self {
-        let tasks = items.par_chunks(TASK_ITEMS).map(|items| {
-            let mut isovalues = Vec::new();
-            items.iter().for_each(|item| collect(item, &mut isovalues));
-            sorted_unique(isovalues)
-        });
-        IsovalueRanks::new(tasks.collect::<Vec<Vec<f64>>>().concat())
-    }
-
     /// The number of isovalues of the table that are lower.
     pub(super) fn rank(&self, isovalue: f64) -> u32 {
-        let Some(last) = self.isovalues.len().checked_sub(1) else { return 0 };
-        let bucket = self.bucket(isovalue).min(last);
+        if self.isovalues.is_empty() {
+            return 0;
+        }
+        let bucket = self.bucket(isovalue);
         let [first, end] = [bucket, bucket + 1].map(|b| self.starts[b] as usize);
         (first + self.isovalues[first..end].partition_point(|&x| x < isovalue)) as u32
-    }
-
-    pub(super) fn isovalues(&self) -> &[f64] {
-        &self.isovalues
     }
 
     pub(super) fn into_isovalues(self) -> Vec<f64> {
@@ -68,6 +56,19 @@ impl IsovalueRanks {
         let bucket = ((isovalue - self.isovalues[0]) * self.per_unit) as usize;
         bucket.min(self.isovalues.len() - 1)
     }
+}
+
+/// The isovalues that `collect` appends for all items, increasing and different; duplicates are removed early to save memory.
+pub(super) fn isovalues_of<X: Sync>(
+    items: &[X],
+    collect: impl Fn(&X, &mut Vec<f64>) + Sync,
+) -> Vec<f64> {
+    let tasks = items.par_chunks(TASK_ITEMS).map(|items| {
+        let mut isovalues = Vec::new();
+        items.iter().for_each(|item| collect(item, &mut isovalues));
+        sorted_unique(isovalues)
+    });
+    sorted_unique(tasks.collect::<Vec<Vec<f64>>>().concat())
 }
 
 /// Isovalues sorted and without duplicates.
@@ -91,7 +92,7 @@ mod tests {
         let denormal = (0..100).map(f64::from_bits).collect();
         for isovalues in [few, clustered, ulps, denormal, vec![7.0], vec![]] {
             let table = IsovalueRanks::new(isovalues);
-            let all = table.isovalues();
+            let all = &table.isovalues;
             let between = all.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]);
             let outside = [f64::MIN, f64::MAX];
             for c in all.iter().copied().chain(between).chain(outside) {

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::isovalue_ranks::IsovalueRanks;
+use super::isovalue_ranks::{IsovalueRanks, TASK_ITEMS, isovalues_of};
 use super::ranked_set::RankedSet;
 use super::record::OwnKnot;
 use super::region::LatticeEdge;
@@ -22,9 +22,6 @@ use crate::error::Result;
 use crate::spectrum::{Knot, Patch, Triangle, quantum};
 use crate::topology::exact::ExactField;
 use crate::volume::Outside;
-
-/// Triangles or trajectories per task.
-const TASK_ITEMS: usize = 1 << 16;
 
 /// Least distance of a cap's vertex from the border, as a share of an edge into the layer.
 const CAP_MARGIN: f64 = 0.01;
@@ -225,10 +222,10 @@ fn highest_corner(field: &ExactField, tolerance: f32) -> Vec3 {
 /// The table of isovalues, the ends of lifetimes among them, and a patch of the knots of all trajectories.
 fn with_knots(trajectories: &Trajectories, ends: &[f64]) -> (Patch, IsovalueRanks) {
     let all: Vec<u32> = (0..trajectories.tracks.len() as u32).collect();
-    let of_knots = IsovalueRanks::of(&all, |&i, isovalues| {
+    let of_knots = isovalues_of(&all, |&i, isovalues| {
         trajectories.each(i as usize, &mut |c, _| isovalues.push(c));
     });
-    let isovalues = IsovalueRanks::new([of_knots.isovalues(), ends].concat());
+    let isovalues = IsovalueRanks::new([&of_knots, ends].concat());
     let chunks = all.par_chunks(TASK_ITEMS).map(|chunk| {
         let (mut knots, mut ends) = (Vec::new(), Vec::with_capacity(chunk.len()));
         for &i in chunk {
