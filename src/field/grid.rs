@@ -34,6 +34,10 @@ const BORDER_MARGIN: f32 = 1e-5;
 const MIN_F32_RANGE: f64 = 1e-12;
 const MAX_F32_MAGNITUDE: f64 = 1e12;
 
+/// Samples whose range is a smaller share of their magnitude are mapped to 0..1: else an f32 between them would have fewer
+/// than 17 significant bits of the range, and isovalues near each other would be equal.
+const MIN_RANGE_SHARE: f64 = 1.0 / 128.0;
+
 /// A trilinear field: a volume, the layer around it, and how values become f32. Shared by threads.
 #[derive(Clone, Debug)]
 pub struct Field {
@@ -61,15 +65,14 @@ impl Field {
     /// The field of a volume. Allocates only if the samples must be mapped.
     pub fn new(volume: Arc<Volume>) -> Self {
         let (low, high) = volume.range();
-        let is_mapped = match volume.samples() {
-            Samples::U32(_) | Samples::I32(_) | Samples::F64(_) => true,
-            Samples::F32(_) => {
-                high - low < MIN_F32_RANGE || low.abs().max(high.abs()) > MAX_F32_MAGNITUDE
-            }
-            _ => false,
-        };
+        let magnitude = low.abs().max(high.abs());
         // high - low may overflow f64; halves do not.
         let half_range = high / 2.0 - low / 2.0;
+        let is_mapped = match volume.samples() {
+            Samples::U32(_) | Samples::I32(_) | Samples::F64(_) => true,
+            Samples::F32(_) if high - low < MIN_F32_RANGE || magnitude > MAX_F32_MAGNITUDE => true,
+            _ => half_range < 0.5 * MIN_RANGE_SHARE * magnitude,
+        };
         let (offset, scale) = if is_mapped { (low, 0.5 / half_range) } else { (0.0, 1.0) };
         let mapped = is_mapped.then(|| {
             let samples = volume.samples();

@@ -131,3 +131,29 @@ fn a_range_far_from_an_outlier_takes_no_more_steps_than_its_shortest_allow() {
     assert!(steps < 2 * 64, "{steps} steps");
     check_at(&volume, &spectrum, at(0.53));
 }
+
+/// A volume of two values, the lower one first.
+fn volume_of_two_values(low: f32, high: f32) -> Arc<Volume> {
+    let noise = phantom_volume("noise:4");
+    let (least, largest) = noise.range();
+    let is_high = noise.values().map(|value| value > 0.5 * (least + largest));
+    let samples = is_high.map(|is_high| if is_high { high } else { low }).collect();
+    let volume = Volume::new("two", noise.dims(), Samples::F32(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+#[test]
+fn samples_of_neighbouring_f32_numbers_take_as_many_steps_as_others() {
+    let low: f32 = 29_999_998_976.0;
+    let near_zero = volume_of_two_values(0.0, 2048.0);
+    let far_from_zero = volume_of_two_values(low, low.next_up());
+    assert_eq!(near_zero.range().1, far_from_zero.range().1 - far_from_zero.range().0);
+    let steps = |volume| {
+        let spectrum = swept_with(volume, &Parameters::default());
+        let (least, largest) = volume.range();
+        check_at(volume, &spectrum, least + 0.37 * (largest - least));
+        Counts::of(&spectrum).expect("counted").steps
+    };
+    let [near, far] = [steps(&near_zero), steps(&far_from_zero)];
+    assert!(far < 2 * near, "{far} steps, {near} with samples of 0 and 2048");
+}
