@@ -191,11 +191,11 @@ function decodedChunk(bytes, chunk, above, { isovalues, samples }) {
     const path = joined([...above, decoded]);
     const nAbove = path.firstKnot.length - firstKnot.length;
     const triangles = trianglesOfChunk(triangleSection, chunk, path, nAbove, aliveIn(path, chunk.span), nRanks);
-    const residuals = residualsOf(positionSection, own, 1);
+    const residuals = residualsOf(positionSection, own);
     let last = nAbove - 1;
     while (last >= 0 && path.firstKnot[last] === path.firstKnot[last + 1]) last--;
     const place = { nAbove, pivot: chunk.pivot, last, positions: path.positions };
-    const positions = positionsOf(residuals, samples, path, isovalues, triangles, 1, place);
+    const positions = positionsOf(residuals, samples, path, isovalues, triangles, place);
     return Object.assign(decoded, triangles, { positions: positions.slice(-3 * ranks.length || positions.length) });
 }
 

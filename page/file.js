@@ -67,15 +67,15 @@ function sectionsOf(bytes) {
 
 /**
  * Readers of the columns of section POSN: the first samples of lattice vertices and their directions, the axis that each other vertex
- * faces (if positions along the surface count several steps), and the residuals of predicted positions by kind of knot.
+ * faces, and the residuals of predicted positions by kind of knot.
  */
-function residualsOf(section, { ranks, nMoving, nLattice }, along) {
+function residualsOf(section, { ranks, nMoving, nLattice }) {
     const columns = new CodedColumns(section);
     const n = [nMoving - nLattice, ranks.length - nMoving - nLattice];
     const three = (length) => Array.from({ length: 3 }, () => reader(columns.signedColumn(length)));
     const starts = three(nLattice);
     const direction = reader(columns.column(nLattice));
-    const facing = along > 1 ? reader(columns.column(n[FIRST])) : () => 0;
+    const facing = reader(columns.column(n[FIRST]));
     return { starts, direction, facing, positions: n.map(three) };
 }
 
@@ -159,15 +159,15 @@ function valuesOf(section, { firstKnot, ranks, nMoving }) {
  * positions of knots (3 per knot, whole steps), the triangles' vertices (3 per triangle), births, deaths and caps, and the codes
  * of a second field.
  */
-function spectrumOf(bytes, { step, along }) {
+function spectrumOf(bytes, { step }) {
     const [infoSection, isovalueSection, rankSection, triangleSection, positionSection, valueSection] = sectionsOf(bytes);
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
     const info = JSON.parse(new TextDecoder().decode(infoSection));
-    const residuals = residualsOf(positionSection, trajectories, along);
+    const residuals = residualsOf(positionSection, trajectories);
     const samples = new Samples(info.volume, 1 / step);
-    const positions = positionsOf(residuals, samples, trajectories, isovalues, triangles, along);
+    const positions = positionsOf(residuals, samples, trajectories, isovalues, triangles);
     const values = valueSection && valuesOf(valueSection, trajectories);
     return { info, isovalues, ...trajectories, ...triangles, positions, values };
 }

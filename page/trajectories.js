@@ -1,6 +1,9 @@
 // Decodes the trajectories of vertices. FORMAT.md, sections VERT and POSN, in the units of src/page/data.rs; the twin of
 // src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. Integers there are exact numbers here, below 2^53.
 
+/** Steps that a coordinate along the surface counts, and what stands for an axis where a vertex faces none. */
+const [COARSE, NO_AXIS] = [4, 3];
+
 /**
  * Decodes section VERT: first knots, ranks, whether each vertex is a lattice vertex, and how many have knots and are lattice vertices. First
  * ranks are stored as differences, unless `firstsOf` reads them from the columns.
@@ -152,10 +155,10 @@ function interpolated(a, b, t) {
 }
 
 /**
- * Decodes positions, in steps, from predictions and residuals; residuals along the surface count `along` steps. In a chunk the positions
+ * Decodes positions, in steps, from predictions and residuals; residuals along the surface count COARSE steps. In a chunk the positions
  * of the first vertices, `nAbove`, are in `positions` already, which gets the others; `last` is the last of them with knots.
  */
-function positionsOf(residuals, samples, trajectories, isovalues, triangles, along,
+function positionsOf(residuals, samples, trajectories, isovalues, triangles,
     { nAbove, pivot, last, positions } = { nAbove: 0, pivot: NONE, last: NONE }) {
     const { firstKnot, ranks, isLattice } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles, nAbove, pivot);
@@ -211,7 +214,7 @@ function positionsOf(residuals, samples, trajectories, isovalues, triangles, alo
         if (kind === FIRST) facing = residuals.facing();
         for (let k = 0; k < 3; k++) {
             const a = (facing + k) % 3;
-            const unit = k === 0 ? 1 : along;
+            const unit = k === 0 || facing === NO_AXIS ? 1 : COARSE;
             sum[a] = unit * (Math.floor((clampedToInt32(sum[a]) + (unit >> 1)) / unit) + residuals.positions[kind][k]());
         }
         decoded.set(knot, sum[0], sum[1], sum[2]);

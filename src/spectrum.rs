@@ -49,7 +49,7 @@ pub use mesh::Mesh;
 pub use metadata::{About, Metadata};
 pub use normals::Normals;
 pub use picked::Picked;
-pub use quantise::{FINEST_QUANTUM, quantum};
+pub use quantise::{ALONG, FINEST_QUANTUM, facing, quantum, rounded_along};
 pub use query::Query;
 pub(crate) use shown_first::shown_first;
 pub use size::Size;

@@ -262,7 +262,7 @@ impl<'a> Encoder<'a> {
             || write_triangles((&order, &traversal), of),
             || {
                 let vert = write_ranks(&ranks, chunk.pivot, n_isovalues);
-                (vert, write_geometry(of, &mut path.positions, &self.samples, self.units))
+                (vert, write_geometry(of, &mut path.positions, &self.samples))
             },
         );
         let size = ChunkSize {

@@ -10,7 +10,7 @@ use super::column::{CodedColumns, Column, Columns, Content, zigzag};
 use super::predict::{Predictor, Surroundings};
 use super::samples::Samples;
 use super::trajectories::Ranks;
-use super::units::Units;
+use super::units::{Facing, Units};
 use crate::error::{Error, Result};
 
 /// Kinds of knots of vertices that are not lattice vertices.
@@ -20,9 +20,8 @@ const FURTHER: usize = 1;
 /// Vertices that are encoded by one task.
 const VERTICES_PER_TASK: usize = 1 << 14;
 
-/// The number of columns, and the index of the column of axes.
+/// The number of columns.
 const N_COLUMNS: usize = 11;
-const AXES: usize = 4;
 
 /// The columns, of some vertices.
 #[derive(Debug, Default)]
@@ -31,7 +30,7 @@ struct PositionColumns {
     samples: [Vec<u64>; 3],
     /// The directions of lattice vertices.
     directions: Vec<u64>,
-    /// The axes that other vertices face, see [`super::facing`].
+    /// The axes that other vertices face ([`Facing`]).
     axes: Vec<u64>,
     /// The positions of other vertices minus the predicted ones, by kind.
     positions: [[Vec<u64>; 3]; 2],
@@ -46,15 +45,14 @@ pub(super) fn write_geometry(
     of: Surroundings,
     positions: &mut Vec<[i32; 3]>,
     samples: &Samples,
-    units: Units,
 ) -> Result<Content<'static>> {
     let predictor = Predictor::new(of, std::mem::take(positions))?;
     let vertices: Vec<u32> = (of.n_above..of.ranks.n_vertices()).collect();
     let parts = vertices.par_chunks(VERTICES_PER_TASK);
     let parts: Vec<PositionColumns> =
-        parts.map(|part| encode_part(&predictor, samples, units, part)).collect();
+        parts.map(|part| encode_part(&predictor, samples, part)).collect();
     let mut content = CodedColumns::new();
-    for k in (0..N_COLUMNS).filter(|&k| k != AXES || units.has_facing()) {
+    for k in 0..N_COLUMNS {
         content.column(parts.iter().flat_map(|part| part.columns()[k].iter().copied()));
     }
     *positions = predictor.into_positions();
@@ -62,12 +60,7 @@ pub(super) fn write_geometry(
 }
 
 /// The columns of consecutive vertices, given a predictor that knows all knots.
-fn encode_part(
-    predictor: &Predictor,
-    samples: &Samples,
-    units: Units,
-    vertices: &[u32],
-) -> PositionColumns {
+fn encode_part(predictor: &Predictor, samples: &Samples, vertices: &[u32]) -> PositionColumns {
     let mut part = PositionColumns::default();
     let has_knots = |v: &u32| !predictor.trajectory(*v).is_empty();
     let mut last = (0..vertices[0]).rev().find(has_knots);
@@ -77,9 +70,9 @@ fn encode_part(
             &[start, end] => samples.edge_between([start, end]),
             _ => None,
         };
-        let axis = units.facing(positions);
+        let facing = Facing::of(positions);
         if lattice_edge.is_none() && !positions.is_empty() {
-            part.axes.push(axis as u64);
+            part.axes.push(facing.code());
         }
         for (i, (knot, before)) in predictor.knots(v).enumerate() {
             let stored = positions[knot - first];
@@ -94,9 +87,9 @@ fn encode_part(
                 }
                 Some(_) => {}
                 None => {
-                    for (k, column) in part.positions[kind(i)].iter_mut().enumerate() {
-                        let a = (axis + k) % 3;
-                        let unit = if k == 0 { 1 } else { units.along };
+                    for (column, (a, unit)) in
+                        part.positions[kind(i)].iter_mut().zip(facing.units())
+                    {
                         let difference =
                             i64::from(stored[a]) / unit - rounded(predicted[a].into(), unit);
                         column.push(zigzag(difference));
@@ -160,6 +153,8 @@ pub(super) struct PositionReader {
     /// The first samples of lattice vertices, minus the predicted ones, and the directions.
     starts: VectorReader,
     directions: Column<'static>,
+    /// The axes that other vertices face.
+    axes: Column<'static>,
     /// The positions of other vertices minus the predicted ones, by kind of knot.
     differences: [VectorReader; 2],
 }
@@ -171,10 +166,11 @@ impl PositionReader {
         let (n_lattice, n) = counts(ranks);
         let starts = VectorReader::new(&mut columns, n_lattice)?;
         let directions = columns.column(n_lattice, 3)?.into_owned();
+        let axes = columns.column(n[FIRST], 3)?.into_owned();
         let mut reader = |kind| VectorReader::new(&mut columns, n[kind]);
         let differences = [reader(FIRST)?, reader(FURTHER)?];
         columns.end()?;
-        Ok(PositionReader { starts, directions, differences })
+        Ok(PositionReader { starts, directions, axes, differences })
     }
 }
 
@@ -190,13 +186,13 @@ pub(super) fn read_geometry(
     samples: &Samples,
     units: Units,
 ) -> Result<()> {
-    let PositionReader { mut starts, directions, mut differences } = columns;
+    let PositionReader { mut starts, directions, axes, mut differences } = columns;
     let ranks = of.ranks;
     let mut predictor = Predictor::new(of, std::mem::take(positions))?;
     let has_knots = |&v: &u32| ranks.life(v).is_some();
     let mut last = (0..of.n_above).rev().find(has_knots);
     for v in of.n_above..ranks.n_vertices() {
-        let (mut sample, mut direction) = ([0; 3], 0);
+        let (mut sample, mut direction, mut facing) = ([0; 3], 0, Facing::default());
         for (i, (knot, before)) in predictor.knots(v).enumerate() {
             let predicted = predictor.expected(v, (knot, before), last);
             let position = if ranks.is_lattice(v) {
@@ -212,7 +208,10 @@ pub(super) fn read_geometry(
                     ))
                 })?
             } else {
-                let x = sum(predicted.map(i64::from), differences[kind(i)].next()?);
+                if i == 0 {
+                    facing = read_facing(&axes, differences[FIRST].next)?;
+                }
+                let x = moved(predicted, differences[kind(i)].next()?, facing);
                 storable(x, units).ok_or_else(|| {
                     Error::input(format!(
                         "knot {i} of vertex {v} is at {x:?} quanta, which is too far"
@@ -239,6 +238,23 @@ fn counts(ranks: &Ranks) -> (usize, [usize; 2]) {
         }
     }
     (n_lattice, n)
+}
+
+/// Axis number `i` of a column.
+fn read_facing(axes: &Column, i: usize) -> Result<Facing> {
+    let code = axes.get(i)?;
+    Facing::from_code(code)
+        .ok_or_else(|| Error::input(format!("axis {code}, expected 0 to {}", Facing::N - 1)))
+}
+
+/// The position at a difference from a predicted one.
+fn moved(predicted: [i32; 3], difference: [i64; 3], facing: Facing) -> [i64; 3] {
+    let mut position = [0; 3];
+    for (difference, (a, unit)) in difference.into_iter().zip(facing.units()) {
+        let multiple = rounded(predicted[a].into(), unit).saturating_add(difference);
+        position[a] = multiple.saturating_mul(unit);
+    }
+    position
 }
 
 /// Direction number `i` of a column.

@@ -1,14 +1,12 @@
 //! The units in which stored positions are counted.
 
-use crate::spectrum::{Knot, quantum};
+use crate::spectrum::{ALONG, Knot, quantum};
 
 /// The units in which stored positions are counted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Units {
     /// Units per voxel.
     pub(super) per_voxel: f64,
-    /// Coordinates along the surface are multiples of so many units, see [`super::facing`].
-    pub(super) along: i64,
     /// Units per 1.0 of a coordinate of a rounded spectrum.
     pub(super) stored: f64,
 }
@@ -20,12 +18,12 @@ impl Units {
     /// The units of a file, given the tolerance of its spectrum in voxels.
     pub(super) fn of_file(tolerance: f64) -> Units {
         let per_voxel = 1.0 / quantum(tolerance);
-        Units { per_voxel, along: 1, stored: per_voxel }
+        Units { per_voxel, stored: per_voxel }
     }
 
-    /// Units of `step` voxels, and `along` of them along the surface.
-    pub(crate) fn of_page(step: f64, along: i64) -> Units {
-        Units { per_voxel: 1.0 / step, along, stored: STORED_OF_PAGE }
+    /// Units of `step` voxels.
+    pub(crate) fn of_page(step: f64) -> Units {
+        Units { per_voxel: 1.0 / step, stored: STORED_OF_PAGE }
     }
 
     /// The position of a knot of a spectrum that is rounded to these units.
@@ -42,18 +40,44 @@ impl Units {
     pub(super) fn coordinate(self, x: i32) -> f32 {
         (f64::from(x) / self.stored) as f32
     }
+}
 
-    /// Whether the axis that a vertex faces is stored.
-    pub(super) fn has_facing(self) -> bool {
-        self.along > 1
-    }
+/// Of a vertex that faces no axis, as its coordinates are no multiples of [`ALONG`].
+const NO_AXIS: usize = 3;
 
-    /// The axis that a vertex with rounded positions faces: the first for which both
-    /// other coordinates are multiples of `along` at every knot.
-    pub(super) fn facing(self, trajectory: &[[i32; 3]]) -> usize {
-        let is_multiple = |x: &[i32; 3], a: usize| i64::from(x[a % 3]) % self.along == 0;
+/// In which units the coordinates of a vertex are counted.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Facing {
+    axis: usize,
+}
+
+impl Facing {
+    /// Numbers below this are those of an axis that a vertex faces, or of none.
+    pub(super) const N: u64 = 4;
+
+    /// The axis that a vertex with these positions faces: the first for which both other coordinates are multiples of [`ALONG`] at
+    /// every knot.
+    pub(super) fn of(trajectory: &[[i32; 3]]) -> Facing {
+        let is_multiple = |x: &[i32; 3], a: usize| i64::from(x[a % 3]) % ALONG == 0;
         let faces =
             |&a: &usize| trajectory.iter().all(|x| is_multiple(x, a + 1) && is_multiple(x, a + 2));
-        (0..3).find(faces).unwrap_or(0)
+        Facing { axis: (0..3).find(faces).unwrap_or(NO_AXIS) }
+    }
+
+    /// The number in the file.
+    pub(super) fn code(self) -> u64 {
+        self.axis as u64
+    }
+
+    /// What [`Facing::code`] returned.
+    pub(super) fn from_code(code: u64) -> Option<Facing> {
+        (code < Self::N).then_some(Facing { axis: code as usize })
+    }
+
+    /// The axes, and the units in which coordinates along them are counted; the axis that the vertex faces is the first, the next ones
+    /// follow in the order x, y, z, x.
+    pub(super) fn units(self) -> [(usize, i64); 3] {
+        let along = if self.axis == NO_AXIS { 1 } else { ALONG };
+        [0, 1, 2].map(|k| ((self.axis + k) % 3, if k == 0 { 1 } else { along }))
     }
 }

@@ -1,9 +1,7 @@
 //! The spectrum as a page stores it: rounded and compressed.
 //!
 //! A raw deflate stream of sections, each a length (u64) and that many bytes: `INFO`, `ISOV`, `VERT`, `TRIA` and `POSN` as
-//! FORMAT.md describes them, except that positions count steps of the page, and [`ALONG`] steps along the surface. For each vertex
-//! that is not a lattice vertex, the axis that its normal is nearest to is stored before the columns of first knots; the columns
-//! have the coordinate along that axis first and the next axes in the order x, y, z, x. `page/file.js` reads it.
+//! FORMAT.md describes them, except that positions count steps of the page. `page/file.js` reads it.
 
 use std::io::Write as _;
 
@@ -19,14 +17,10 @@ use crate::spectrum::Spectrum;
 /// pixels wide.
 pub const DEFAULT_STEP: f64 = 1.0 / 40.0;
 
-/// Coordinates along the surface are rounded to this many steps: moving a vertex along the surface by a few hundredths of a voxel
-/// does not change the surface.
-pub(super) const ALONG: i64 = 4;
-
 /// Compresses a spectrum whose positions are rounded to steps of `step` voxels. `codes` are those of a second field, one per knot;
 /// their section (`field`) comes last.
 pub(super) fn compressed(spectrum: &Spectrum, step: f64, codes: Option<&[u8]>) -> Result<Vec<u8>> {
-    let units = Units::of_page(step, ALONG);
+    let units = Units::of_page(step);
     let Parts { spectrum: arranged, order, sections } =
         Parts::new(units.rounded(spectrum)?, units)?;
     let mut bytes = Vec::new();

@@ -135,7 +135,6 @@ fn about(
     let curves = Curves::of(spectrum)?;
     let mut about = json!({
         "step": page.step,
-        "along": data::ALONG,
         "open": page.open,
         "isovalue": page.isovalue,
         "first": first.map(|first| first.range),

@@ -7,7 +7,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::isovalue_ranks::{IsovalueRanks, TASK_ITEMS, isovalues_of};
@@ -19,7 +19,7 @@ use super::thin::{Candidate, ErrorBound, thin};
 use super::track::{Track, TrackCodes};
 use super::tracked::EDGE_MARGIN;
 use crate::error::Result;
-use crate::spectrum::{Knot, Patch, Triangle, quantum};
+use crate::spectrum::{Knot, Patch, Triangle, facing, quantum, rounded_along};
 use crate::topology::exact::ExactField;
 use crate::volume::Outside;
 
@@ -103,7 +103,7 @@ struct Trajectories<'a> {
     tracks: Vec<Track>,
     /// By trajectory, the isovalues between which there are triangles with it.
     spans: Vec<[f64; 2]>,
-    /// Index in `tracks` of the first trajectory of a tracked vertex, and the knots of those.
+    /// Index in `tracks` of the first trajectory of a tracked vertex, and the knots of those, in the frame of the whole.
     first_own: usize,
     own: Vec<Vec<(f64, Vec3)>>,
     /// Knots of trajectories inside cells.
@@ -116,9 +116,6 @@ impl Trajectories<'_> {
     /// Calls `f` with the knots of a trajectory, ascending, in the frame of the whole. Positions in the layer around the volume move to
     /// its border.
     fn each(&self, i: usize, f: &mut dyn FnMut(f64, Vec3)) {
-        let size = self.field.volume().voxel_size();
-        let first = self.field.first();
-        let base = Vec3::from([0, 1, 2].map(|a| (first[a] as f64 * size[a]) as f32));
         let edge;
         let (knots, by): (&[(f64, Vec3)], Vec3) = match self.tracks[i] {
             // Computed from the position in the whole, so that all blocks round it equally.
@@ -127,8 +124,8 @@ impl Trajectories<'_> {
                     trajectory_from(self.field, e, self.range, self.field.whole_position(e.from));
                 (&edge, Vec3::ZERO)
             }
-            Track::Own(_) => (&self.own[i - self.first_own], base),
-            Track::Inner(n) => (&self.inner[n as usize], base),
+            Track::Own(_) => (&self.own[i - self.first_own], Vec3::ZERO),
+            Track::Inner(n) => (&self.inner[n as usize], base(self.field)),
         };
         // Events may be slightly before or after the other knots.
         let [low, high] = self.spans[i];
@@ -165,8 +162,9 @@ pub(super) fn patch(
     let tracks: Vec<Track> = used.iter().map(|code| codes.track(code)).collect();
     drop(used);
     let first_own = tracks.partition_point(|t| matches!(t, Track::Edge(_)));
+    let base = base(field);
     let own = tracks[first_own..].par_iter().filter_map(|t| match t {
-        Track::Own(n) => Some(thinned(&knots[*n as usize], thinning)),
+        Track::Own(n) => Some(rounded(&thinned(&knots[*n as usize], thinning), base, thinning)),
         _ => None,
     });
     let own: Vec<Vec<(f64, Vec3)>> = own.collect();
@@ -259,8 +257,26 @@ fn log_sizes(trajectories: &Trajectories) {
     );
 }
 
+/// The position of the block's first sample in the whole, voxel frame.
+fn base(field: &ExactField) -> Vec3 {
+    let (size, first) = (field.volume().voxel_size(), field.first());
+    Vec3::from([0, 1, 2].map(|a| (first[a] as f64 * size[a]) as f32))
+}
+
+/// The knots of one trajectory, rounded in the frame of the whole to units of stored positions, coarser along the surface.
+fn rounded(knots: &[OwnKnot], base: Vec3, thinning: Thinning) -> Vec<(f64, Vec3)> {
+    let unit = quantum(thinning.tolerance.into());
+    let axis = facing(knots.iter().map(|k| k.normal.as_dvec3()));
+    let round = |k: &OwnKnot| {
+        let exact = (k.position + base).as_dvec3() / unit;
+        let position: DVec3 = rounded_along(exact, k.normal.as_dvec3(), axis) * unit;
+        (k.isovalue, position.as_vec3())
+    };
+    knots.iter().map(round).collect()
+}
+
 /// The knots of one trajectory that thinning keeps, by isovalue.
-fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f64, Vec3)> {
+fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<OwnKnot> {
     let mut knots = knots.to_vec();
     knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
     knots.dedup_by(|b, a| a.isovalue == b.isovalue);
@@ -272,7 +288,7 @@ fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f6
     };
     let places: Vec<Candidate> = knots.iter().map(place).collect();
     let kept_knots = thin(&places, ErrorBound::new(tolerance));
-    kept_knots.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
+    kept_knots.into_iter().map(|i| knots[i]).collect()
 }
 
 /// The knots of a trajectory inside a cell that thinning keeps.

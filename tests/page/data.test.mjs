@@ -39,10 +39,10 @@ test("the page has every knot and every triangle, rounded to its step", () => {
         assert.equal(f32(isovalues[ranks[knot]]), isovalue);
         const off = [x, y, z].map((place, axis) => about.step * positions[3 * knot + axis] - place);
         // Two coordinates are rounded to several steps; the third is moved back into the tangent plane, by up to as much.
-        const bound = (about.along + 0.5) * about.step + ROUNDING;
+        const bound = (COARSE + 0.5) * about.step + ROUNDING;
         assert.ok(off.every((error) => Math.abs(error) <= bound), `knot ${knot} is off by ${off}`);
         const errors = off.map(Math.abs).sort();
-        assert.ok(errors[1] <= (about.along / 2) * about.step + ROUNDING, `knot ${knot} is off by ${off}`);
+        assert.ok(errors[1] <= (COARSE / 2) * about.step + ROUNDING, `knot ${knot} is off by ${off}`);
         distances.push(Math.abs(off[0] * nx + off[1] * ny + off[2] * nz));
     });
     // Half a step; more if the normal has turned away from the axis that the vertex faces.
@@ -100,7 +100,7 @@ function compareFirst(isovalue) {
     for (let axis = 0; axis < 3; axis++) {
         const wanted = along(whole, axis);
         along(alone, axis).forEach((x, i) => {
-            assert.ok(Math.abs(x - wanted[i]) <= (about.along + 1) * about.step, `${x}, expected ${wanted[i]}`);
+            assert.ok(Math.abs(x - wanted[i]) <= (COARSE + 1) * about.step, `${x}, expected ${wanted[i]}`);
         });
     }
 }
