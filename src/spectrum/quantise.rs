@@ -25,16 +25,16 @@ const MIN_QUANTA_PER_TOLERANCE: f64 = 12.0;
 
 /// Coordinates along the surface are multiples of this many units: moving a vertex along the surface by a few hundredths of a voxel
 /// does not change the surface.
-pub const ALONG: i64 = 4;
+pub(crate) const ALONG: i64 = 4;
 
 /// The axis that a vertex with these normals faces: that of their largest component, ignoring signs.
-pub fn facing(normals: impl IntoIterator<Item = DVec3>) -> usize {
+pub(crate) fn facing(normals: impl IntoIterator<Item = DVec3>) -> usize {
     let sum: DVec3 = normals.into_iter().map(|n| n.abs()).sum();
     sum.max_position()
 }
 
 /// A position, in units, rounded along the surface, for a vertex with normal `n` that faces an axis.
-pub fn rounded_along(exact: DVec3, n: DVec3, axis: usize) -> DVec3 {
+pub(crate) fn rounded_along(exact: DVec3, n: DVec3, axis: usize) -> DVec3 {
     let along = ALONG as f64;
     let mut position = (exact / along).round() * along;
     let mut moved = position - exact;

@@ -11,6 +11,9 @@ import { ActiveSet, Query, decodedPage, spectrumFile } from "./decoded.mjs";
 /** The rounding error of sums of doubles around 100, voxels: half a step is no power of two. */
 const ROUNDING = 1e-12;
 
+/** Steps that a coordinate along the surface is a multiple of. */
+const COARSE = 4;
+
 /** The layout of the thesis: FORMAT.md. */
 function thesis(name) {
     const bytes = readFileSync(join(folder, name));
