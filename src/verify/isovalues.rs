@@ -30,7 +30,8 @@ const MAX_RANDOM: usize = 1_000_000;
 const MAX_DEFAULT_SAMPLES: usize = 8_000;
 
 /// Most triangles measured at one isovalue after a computation. The share beyond a 99th percentile of all varies by .0003.
-const MAX_AFFORDABLE: usize = 100_000;
+/// Most triangles measured at one isovalue after a computation. The share beyond a 99th percentile of all varies by .0006.
+const MAX_AFFORDABLE: usize = 25_000;
 
 /// Volumes of at most so many samples, 6 along each side, are checked at a second choice of isovalues, as their meshes differ most from one isovalue
 /// to another; and those of at most so many, 10 along each side, if the first leaves a doubt. That takes a second.
