@@ -31,6 +31,10 @@ const MIN_MOTION: f64 = 8.0;
 /// 1.5 edges on average over all directions.
 const EDGES_PER_SQUARE: f64 = 1.5;
 
+/// Fewest lattice edges that the isosurface crosses at a start, as a share of their mean over the range. From a smaller isosurface there is
+/// little to march, and none of it is tracked before it has grown.
+const MIN_START_SHARE: f64 = 0.05;
+
 /// Most stretches of a sweep whose number follows from the forecast.
 const MAX_STRETCHES: usize = 16;
 
@@ -55,8 +59,9 @@ pub(super) fn stretches(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     if let Some(start) = sweep.parameters.start {
         return vec![Stretch { low, start, high }];
     }
-    let requested =
-        |n: usize| divided(sweep, calendar, &Crossings::at_candidates(sweep, calendar, n..=n), n).0;
+    let requested = |n: usize| {
+        divided(sweep, calendar, &Crossings::at_candidates(sweep, calendar, n..=n), n, 0.0).0
+    };
     let stretches = sweep.parameters.starts.map_or_else(|| affordable(sweep, calendar), requested);
     log::debug!("stretches: {stretches:?}");
     stretches
@@ -79,29 +84,36 @@ fn affordable(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     let most = (forecast.triangles / MIN_TRIANGLES).min(motion / MIN_MOTION);
     let most = most.min(MAX_STRETCHES as f64) as usize;
     let most = if is_smooth { most } else { 1 };
-    let crossings = Crossings::at_candidates(sweep, calendar, 2..=most);
+    let crossings = Crossings::at_candidates(sweep, calendar, 1..=most.max(1));
+    let least = MIN_START_SHARE * forecast.crossings;
     let several = (2..=most)
         .rev()
-        .map(|n| divided(sweep, calendar, &crossings, n))
+        .map(|n| divided(sweep, calendar, &crossings, n, least))
         .find(|(_, n_crossings)| *n_crossings as f64 <= MAX_MEETING_SHARE * forecast.triangles);
-    several.unwrap_or_else(|| divided(sweep, calendar, &crossings, 1)).0
+    several.unwrap_or_else(|| divided(sweep, calendar, &crossings, 1, 0.0)).0
 }
 
-/// The range divided for `n` starts, and the number of crossings at all meetings. A start that has no meeting with the one before is
-/// left out: of a few sample values, several starts may be the same.
+/// The range divided for `n` starts, and the number of crossings at all meetings. Starts with fewer than `least` crossings are left out,
+/// and one that has no meeting with the one before: of a few sample values, several starts may be the same.
 fn divided(
     sweep: &Sweep,
     calendar: &Calendar,
     crossings: &Crossings,
     n: usize,
+    least: f64,
 ) -> (Vec<Stretch>, u64) {
     let (low, high) = sweep.range;
-    let starts = starts(sweep, calendar, n);
-    let (mut all, mut n_all) = (vec![Stretch { low, start: starts[0], high }], 0);
-    for (i, pair) in starts.windows(2).enumerate() {
-        let (share, start) = ((i + 1) as f64 / n as f64, pair[1]);
-        let candidates = candidates(sweep, calendar, share, n);
-        if let Some(Meeting { isovalue, n_crossings }) = crossings.fewest(&candidates, pair) {
+    let all_starts = starts(sweep, calendar, n);
+    let mut starts: Vec<(usize, f64)> = all_starts.iter().copied().enumerate().collect();
+    starts.retain(|&(_, start)| crossings.at(start) as f64 >= least);
+    let first = starts.first().map_or(all_starts[0], |&(_, start)| start);
+    let (mut all, mut n_all) = (vec![Stretch { low, start: first, high }], 0);
+    for pair in starts.windows(2) {
+        let [(_, before), (i, start)] = [pair[0], pair[1]];
+        let candidates = candidates(sweep, calendar, i as f64 / n as f64, n);
+        if let Some(Meeting { isovalue, n_crossings }) =
+            crossings.fewest(&candidates, [before, start])
+        {
             let last = all.last_mut().expect("one at least");
             last.high = isovalue;
             all.push(Stretch { low: isovalue, start, high });
@@ -127,11 +139,12 @@ fn candidates(sweep: &Sweep, calendar: &Calendar, share: f64, n: usize) -> Vec<f
 struct Crossings(Vec<(f64, u64)>);
 
 impl Crossings {
-    /// Those at all candidates for the meetings of some numbers of stretches.
+    /// Those at the starts of some numbers of stretches, and at all candidates for their meetings.
     fn at_candidates(sweep: &Sweep, calendar: &Calendar, numbers: RangeInclusive<usize>) -> Self {
         let of_meeting = |i: usize, n: usize| candidates(sweep, calendar, i as f64 / n as f64, n);
+        let of_meetings = |n: usize| (1..n).flat_map(move |i| of_meeting(i, n));
         let mut isovalues: Vec<f64> =
-            numbers.flat_map(|n| (1..n).flat_map(move |i| of_meeting(i, n))).collect();
+            numbers.flat_map(|n| of_meetings(n).chain(starts(sweep, calendar, n))).collect();
         isovalues.sort_unstable_by(f64::total_cmp);
         isovalues.dedup();
         let counts = crossings(&sweep.exact, &isovalues, false);
@@ -145,7 +158,7 @@ impl Crossings {
     }
 
     /// Of some candidates, ascending, the one with the fewest crossings between two starts; `None` if none is between them.
-    fn fewest(&self, candidates: &[f64], starts: &[f64]) -> Option<Meeting> {
+    fn fewest(&self, candidates: &[f64], starts: [f64; 2]) -> Option<Meeting> {
         let inside = (0..candidates.len())
             .filter(|&j| starts[0] < candidates[j] && candidates[j] < starts[1]);
         let from_middle = |j: &usize| j.abs_diff(N_CANDIDATES / 2);
