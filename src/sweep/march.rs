@@ -53,6 +53,7 @@
 //! 18. **Spectrum** (`compute.rs`, `exact.rs`, `seam_triangles.rs`, `chords.rs`, `thin.rs`, `patch.rs`). Triangles of the exact
 //!     extraction are added for every interval in which a block was exact, and trajectories are thinned to the tolerance.
 
+mod ends;
 mod exchanges;
 mod length;
 mod plan;

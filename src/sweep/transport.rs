@@ -21,7 +21,7 @@ use crate::topology::exact::ExactField;
 const SUB_STEP_LENGTH: f32 = 0.4;
 
 /// A vertex that moves farther in one projection, or in one step, is a failure, voxels.
-const MAX_MOTION: f32 = 2.5;
+pub(super) const MAX_MOTION: f32 = 2.5;
 
 /// A vertex farther outside the volume is a failure, voxels.
 const MAX_OUTSIDE: f32 = 0.05;
@@ -43,19 +43,11 @@ pub(super) struct Moved {
     pub(super) places: Vec<Vec3>,
     /// Faces that are turned over or cross others.
     pub(super) folded: Vec<Face>,
-    /// Number of failures by check: 0 vertex not reached or moved too far, 1 face turned over, 2 off the isosurface at the end,
-    /// 3 off half-way, 4 face that crosses another.
-    pub(super) n_failures: [usize; 5],
 }
 
 impl Moved {
     pub(super) fn end(&self, v: Vertex) -> Option<[f32; 3]> {
         self.vertices.binary_search(&v).ok().map(|i| self.positions[i])
-    }
-
-    fn fail(&mut self, check: usize, place: Vec3) {
-        self.n_failures[check] += 1;
-        self.places.push(place);
     }
 
     /// The vertices, with positions and normals.
@@ -195,7 +187,7 @@ impl Transport<'_> {
             let [p, q] = [before[i], moved.positions[i]].map(Vec3::from);
             let far = p.distance(q) > MAX_MOTION || self.is_outside(q, top);
             if status[i] == Status::Failed || far {
-                moved.fail(0, p);
+                moved.places.push(p);
             }
         }
         Ok(())
@@ -249,23 +241,23 @@ impl Transport<'_> {
         let end = |v: u32| Vec3::from(moved.positions[v as usize]);
         let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
         let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);
-        let found: Vec<(usize, [Vec3; 3], Face)> = faces
+        let found: Vec<(Fault, [Vec3; 3], Face)> = faces
             .with_min_len(256)
             .filter_map(|(&slot, t)| {
                 let [a, m] = [t.map(end), t.map(middle)];
                 if !self.stays(slot) || area(a) < MIN_FACE_AREA {
                     return None;
                 }
-                let is_off = || is_off(&midway, m, most_midway).then_some(3);
-                let check = fault(&ends, a, most).or_else(is_off)?;
-                Some((check, a, slot))
+                let is_off = || is_off(&midway, m, most_midway).then_some(Fault::Off);
+                let fault = fault(&ends, a, most).or_else(is_off)?;
+                Some((fault, a, slot))
             })
             .collect();
-        for (check, corners, slot) in found {
-            if check == 1 {
+        for (fault, corners, slot) in found {
+            if fault == Fault::Turned {
                 moved.folded.push(slot);
             }
-            moved.fail(check, self.middle(slot));
+            moved.places.push(self.middle(slot));
             moved.places.extend(self.end_place(corners));
         }
     }
@@ -304,7 +296,7 @@ impl Transport<'_> {
         for f in crossing.into_iter().map(|f| f as usize).filter(|&f| f < slots.len()) {
             moved.folded.push(slots[f]);
             let corners = faces[f].map(|v| Vec3::from(positions[v as usize]));
-            moved.fail(4, self.middle(slots[f]));
+            moved.places.push(self.middle(slots[f]));
             moved.places.extend(self.end_place(corners));
         }
     }
@@ -346,18 +338,25 @@ impl Transport<'_> {
     }
 }
 
-/// The check that a face fails, if any: 1 if it is turned over, 2 if it is off the isosurface.
-pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
+/// What is wrong with a face: it is turned over, or off the isosurface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fault {
+    Turned,
+    Off,
+}
+
+/// What is wrong with a face, if anything.
+pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<Fault> {
     let barycentre = t.iter().sum::<Vec3>() / 3.0;
     if area(t) < MIN_FACE_AREA {
         return None;
     }
     let (value, gradient) = criteria.field.value_and_gradient(barycentre);
     if normal(t).dot(gradient) > 0.0 {
-        return Some(1);
+        return Some(Fault::Turned);
     }
     let distance = distance(criteria, value, gradient);
-    (distance > most && criteria.deviation(t) > most).then_some(2)
+    (distance > most && criteria.deviation(t) > most).then_some(Fault::Off)
 }
 
 /// Those of some faces that fail a check.

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::ends::Ends;
 use super::state::{MAX_BACK_OFF, MIN_EXACT_STEPS, March, State};
 use crate::error::Result;
 use crate::extract::count::count_parts;
@@ -14,9 +15,9 @@ use crate::sweep::calendar::Passage;
 use crate::sweep::cause::{Cause, FirstCauses};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::remesh::remesh;
-use crate::sweep::repair::{Shape, repair, repair_faults};
-use crate::sweep::tracked::{Tracked, place_on};
-use crate::sweep::transport::{MAX_DEVIATION_FACTOR, Moved, Retry, Step, Transport, faults};
+use crate::sweep::repair::repair_faults;
+use crate::sweep::tracked::Tracked;
+use crate::sweep::transport::{Moved, Retry, Step, Transport, faults};
 
 /// Number of attempts of a step in which every failure makes more blocks exact. In as many further attempts failures count
 /// while the set of exact blocks grows; after that only failures of seam and topology do.
@@ -87,10 +88,10 @@ impl March<'_, '_> {
                 Err(failed) => failed,
             };
             log::debug!(
-                "{} to {}: {:?} failed, {} faces, {} exact blocks",
+                "{} to {}: {} places failed, {} faces, {} exact blocks",
                 step.at,
                 step.next,
-                moved.n_failures,
+                moved.places.len(),
                 state.tracked.mesh.n_faces(),
                 state.region.blocks().len()
             );
@@ -184,28 +185,11 @@ impl March<'_, '_> {
         step: Step,
         moved: &Moved,
     ) -> Option<BTreeSet<u32>> {
-        let (exact, error) = (self.exact(), self.parameters().error as f32);
-        let start = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-        let end = |tracked: &Tracked, v: Vertex| {
-            let free = || moved.end(v).map_or(tracked.mesh.position(v), Vec3::from);
-            tracked.key(v).map_or_else(free, |e| place_on(exact, e, step.next))
-        };
-        let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
-        let shapes = [
-            Shape {
-                criteria: criteria(step.at),
-                max_deviation: MAX_DEVIATION_FACTOR * error,
-                place: &start,
-            },
-            Shape {
-                criteria: criteria(step.next),
-                max_deviation: 2.0 * MAX_DEVIATION_FACTOR * error,
-                place: &end,
-            },
-        ];
         let corners = moved.folded.iter().flat_map(|f| state.tracked.mesh.corners(*f));
         let places: Vec<Vec3> = corners.collect();
-        let repaired = repair(&mut state.tracked, &state.region, &shapes, &moved.folded);
+        let ends = Ends::of(&state.tracked.mesh, moved);
+        let during = [step.at, step.next];
+        let repaired = self.repair_in_step(state, &moved.folded, &ends, step, during);
         log::debug!("{} edits for {} folded faces", repaired.corners.len(), moved.folded.len());
         if repaired.corners.is_empty() {
             return None;
