@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::ends::Ends;
-use super::state::{MAX_BACK_OFF, MIN_EXACT_STEPS, March, State};
+use super::state::{MAX_ATTEMPTS, MAX_BACK_OFF, MIN_EXACT_STEPS, March, State};
 use crate::error::Result;
 use crate::extract::count::count_parts;
 use crate::kernels::Kernels;
@@ -18,10 +18,6 @@ use crate::sweep::remesh::remesh;
 use crate::sweep::repair::repair_faults;
 use crate::sweep::tracked::Tracked;
 use crate::sweep::transport::{Moved, Retry, Step, Transport, faults};
-
-/// Number of attempts of a step in which every failure makes more blocks exact. In as many further attempts failures count
-/// while the set of exact blocks grows; after that only failures of seam and topology do.
-const MAX_ROUNDS: usize = 6;
 
 impl March<'_, '_> {
     /// Takes one step. Returns false if the step is too long.
@@ -60,30 +56,21 @@ impl March<'_, '_> {
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
         let mut retry: Option<Retry> = None;
-        let (mut is_repaired, mut round, mut n_exact) = (false, 0, 0);
+        let mut attempt = 0;
         loop {
-            self.counts.repeated += u64::from(retry.is_some());
-            let moved = self.moved(state, step, retry.as_ref(), kernels)?;
-            if retry.is_none() && self.is_too_long(state, step, &moved) {
+            let mut moved = self.moved(state, step, retry.as_ref(), kernels)?;
+            if attempt == 0 && self.is_too_long(state, step, &moved) {
                 return Ok(false);
             }
-            // Folded faces are repaired before their cells become exact, and once more after each exchange, as cuts leave
-            // slivers.
-            if !is_repaired {
-                is_repaired = true;
-                if let Some(near) = self.repair_folded(state, step, &moved) {
-                    retry = Some(self.retry(moved, BTreeSet::new(), near));
-                    continue;
-                }
+            // Folded faces are repaired before their cells become exact: at first, and after each exchange, as cuts leave slivers.
+            if let Some(near) = self.repair_folded(state, step, &moved) {
+                self.counts.repeated += 1;
+                let again = self.retry(moved, BTreeSet::new(), near);
+                moved = self.moved(state, step, Some(&again), kernels)?;
             }
-            let mut failed = BTreeSet::new();
-            if round < MAX_ROUNDS {
-                failed = self.blocks_at(&moved.places);
-            }
-            // Retry only while the set of exact blocks grows.
-            let n_before = std::mem::replace(&mut n_exact, state.region.blocks().len());
-            let may_retry = round < MAX_ROUNDS || round < 2 * MAX_ROUNDS && n_exact != n_before;
-            let failed = match self.slide(state, step, passage, &moved, failed, may_retry) {
+            let counts = attempt < MAX_ATTEMPTS;
+            let failed = if counts { self.blocks_at(&moved.places) } else { BTreeSet::new() };
+            let failed = match self.slide(state, step, passage, &moved, failed, counts) {
                 Ok(()) => return Ok(true),
                 Err(failed) => failed,
             };
@@ -95,8 +82,9 @@ impl March<'_, '_> {
                 state.tracked.mesh.n_faces(),
                 state.region.blocks().len()
             );
+            self.counts.repeated += 1;
             retry = Some(self.make_exact(state, failed, passage, moved, kernels)?);
-            (is_repaired, round) = (false, round + 1);
+            attempt += 1;
         }
     }
 
