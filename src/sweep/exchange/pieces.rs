@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::super::fans::{boundary, split_fans};
+use super::super::part::MeshPart;
 use super::super::region::{LatticeEdge, PaddedGrid};
 use super::super::tracked::{Tracked, place_on};
 use crate::disjoint_sets::DisjointSets;
@@ -26,9 +27,27 @@ pub(super) struct Pieces {
     pub(super) origin: Vec<Option<Vertex>>,
     /// By vertex (missing at the end): whether it is on the part's rim.
     pub(super) rim: Vec<bool>,
+    /// By triangle (missing at the end): the face of the whole mesh that it was.
+    pub(super) was: Vec<Option<Face>>,
 }
 
 impl Pieces {
+    /// What is left of a part, which has been cut, without removed faces.
+    pub(super) fn left(part: &MeshPart, cut: &Tracked, removed: &[bool]) -> Pieces {
+        let mesh = &cut.mesh;
+        let slots = (0..mesh.vertex_slots() as u32).map(Vertex);
+        let is_left = |f: &Face| !mesh.is_cap(*f) && !removed[f.0 as usize];
+        let left: Vec<Face> = mesh.faces().filter(is_left).collect();
+        Pieces {
+            positions: slots.map(|v| mesh.position(v).to_array()).collect(),
+            triangles: left.iter().map(|&f| mesh.face_vertices(f).map(|v| v.0)).collect(),
+            origin: part.origin.clone(),
+            rim: part.is_rim.clone(),
+            was: left.iter().map(|f| part.faces.get(f.0 as usize).copied()).collect(),
+            ..Pieces::default()
+        }
+    }
+
     /// Duplicates vertices at which fans of triangles meet without a common edge, so that each fan has its own.
     pub(super) fn split_pinched(&mut self) {
         for v in split_fans(&mut self.triangles, self.positions.len()) {
@@ -53,15 +72,9 @@ impl Pieces {
     pub(super) fn is_rim(&self, v: u32) -> bool {
         self.rim.get(v as usize).copied().unwrap_or(false)
     }
-}
 
-impl Pieces {
     /// Fills boundary loops that cross no lattice edge, or removes their component if it is small. Returns whether there was one.
-    pub(super) fn close_loops(
-        &mut self,
-        nodes: &BTreeMap<LatticeEdge, u32>,
-        was: &mut Vec<Option<Face>>,
-    ) -> bool {
+    pub(super) fn close_loops(&mut self, nodes: &BTreeMap<LatticeEdge, u32>) -> bool {
         let Ok(next) = boundary(&self.triangles) else { return false };
         let is_node: BTreeSet<u32> = nodes.values().copied().collect();
         let mut seen: BTreeSet<u32> = BTreeSet::new();
@@ -106,18 +119,18 @@ impl Pieces {
                 filled.push((middle, around));
             }
         }
-        let mut kept = self.triangles.iter().map(|t| !gone.contains(&sets.find(t[0])));
-        let kept: Vec<bool> = kept.by_ref().collect();
+        let kept: Vec<bool> =
+            self.triangles.iter().map(|t| !gone.contains(&sets.find(t[0]))).collect();
+        self.was.resize(kept.len(), None);
         let mut keep = kept.iter();
         self.triangles.retain(|_| *keep.next().expect("one each"));
         let mut keep = kept.iter();
-        was.retain(|_| *keep.next().expect("one each"));
+        self.was.retain(|_| *keep.next().expect("one each"));
         for (middle, around) in filled {
             let v = self.positions.len() as u32;
             self.positions.push(middle.to_array());
             for (i, &a) in around.iter().enumerate() {
                 self.triangles.push([around[(i + 1) % around.len()], a, v]);
-                was.push(None);
             }
         }
         true
