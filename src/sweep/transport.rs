@@ -17,10 +17,7 @@ use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
 use crate::topology::exact::ExactField;
 
-/// Distance that most vertices move in one projection at most, voxels.
-const SUB_STEP_LENGTH: f32 = 0.4;
-
-/// A vertex that moves farther in one projection, or in one step, is a failure, voxels.
+/// A vertex that moves farther in one step is a failure, voxels.
 pub(super) const MAX_MOTION: f32 = 2.5;
 
 /// A vertex farther outside the volume is a failure, voxels.
@@ -158,19 +155,15 @@ impl Transport<'_> {
         moves: &dyn Fn(Vertex) -> bool,
         moved: &mut Moved,
     ) -> Result<()> {
-        let Step { at, next } = self.step;
+        let Step { next, .. } = self.step;
         let before = &compacted.positions;
         kernels.load(&compacted.connectivity, before)?;
-        let motion = expected_motion(self.field, before, at, next);
-        let n = (motion / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0);
-        let between = (1..n as usize).map(|i| at + (next - at) * i as f64 / f64::from(n));
-        let isovalues: Vec<f64> = between.chain([next]).collect();
         let end = |(&v, &p): (&Vertex, &[f32; 3])| {
             if moves(v) { p } else { self.constrained_end(v).unwrap_or(p) }
         };
         let ends: Vec<[f32; 3]> = compacted.vertices.iter().zip(before).map(end).collect();
         let Advanced { positions, normals, status } = kernels.advance(&Advance {
-            isovalues: &isovalues,
+            isovalues: &[next],
             reach: MAX_MOTION,
             ends: &ends,
             relaxation: Relaxation {
@@ -388,13 +381,6 @@ pub(super) fn distance_by_slope(criteria: &Criteria, t: [Vec3; 3]) -> f32 {
 
 fn distance(criteria: &Criteria, value: f32, gradient: Vec3) -> f32 {
     (value - criteria.isovalue).abs() / gradient.length().max(1e-12)
-}
-
-/// Expected distance that nine of ten vertices move at most, from the field's gradient, voxels.
-pub(super) fn expected_motion(field: &Field, positions: &[[f32; 3]], at: f64, next: f64) -> f32 {
-    let change = (field.isovalue(next) - field.isovalue(at)).abs();
-    let slope = typical_slope(field, positions.par_iter().map(|&p| p.into()));
-    slope.map_or(0.0, |s| change / s.max(1e-12))
 }
 
 /// The slope that nine of ten positions reach.
