@@ -96,10 +96,6 @@ fn pieces(
     pieces.bound = nodes.iter().map(|(e, v)| (*v, *e)).collect();
     release(&nodes, &cut.released, cut.field, isovalue, &mut pieces);
     pieces.split_pinched();
-    let mut nodes = cut.nodes(&pieces, &tracked, &[cut.new])?;
-    if pieces.close_loops(&nodes) {
-        pieces.split_pinched();
-        nodes = cut.nodes(&pieces, &tracked, &[cut.new])?;
-    }
+    let nodes = cut.nodes(&pieces, &tracked, &[cut.new])?;
     Ok((pieces, nodes))
 }
