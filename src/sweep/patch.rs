@@ -165,14 +165,28 @@ pub(super) fn patch(
     let tracks: Vec<Track> = used.iter().map(|code| codes.track(code)).collect();
     drop(used);
     let first_own = tracks.partition_point(|t| matches!(t, Track::Edge(_)));
+    let of_knot = |k: &OwnKnot| {
+        let OwnKnot { isovalue, position, normal } = *k;
+        Candidate { isovalue, position, normal, is_required: thinning.kept == Some(isovalue) }
+    };
+    // The normal does not matter inside cells: the bound is the same in all directions.
+    let of_inner = |&(isovalue, position): &(f64, Vec3)| Candidate {
+        isovalue,
+        position,
+        normal: Vec3::Z,
+        is_required: false,
+    };
+    let bound = ErrorBound::new(thinning.tolerance);
     let own = tracks[first_own..].par_iter().filter_map(|t| match t {
-        Track::Own(n) => Some(thinned(&knots[*n as usize], thinning)),
+        Track::Own(n) => Some(thinned(knots[*n as usize].iter().map(of_knot).collect(), bound)),
         _ => None,
     });
     let own: Vec<Vec<(f64, Vec3)>> = own.collect();
     drop(knots);
-    let inner: Vec<Vec<(f64, Vec3)>> =
-        inner.into_par_iter().map(|knots| thinned_inside(&knots, thinning.tolerance)).collect();
+    let bound = ErrorBound::inside(thinning.tolerance);
+    let inner = inner.into_par_iter();
+    let inner = inner.map(|knots| thinned(knots.iter().map(of_inner).collect(), bound));
+    let inner: Vec<Vec<(f64, Vec3)>> = inner.collect();
     let corners = [Vec3::ZERO, highest_corner(field, thinning.tolerance)];
     let ends = ends.into_isovalues();
     let spans = spans.into_iter().map(|span| span.map(|rank| ends[rank as usize])).collect();
@@ -260,31 +274,9 @@ fn log_sizes(trajectories: &Trajectories) {
 }
 
 /// The knots of one trajectory that thinning keeps, by isovalue.
-fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f64, Vec3)> {
-    let mut knots = knots.to_vec();
-    knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
-    knots.dedup_by(|b, a| a.isovalue == b.isovalue);
-    let place = |k: &OwnKnot| Candidate {
-        isovalue: k.isovalue,
-        position: k.position,
-        normal: k.normal,
-        is_required: kept == Some(k.isovalue),
-    };
-    let places: Vec<Candidate> = knots.iter().map(place).collect();
-    let kept_knots = thin(&places, ErrorBound::new(tolerance));
-    kept_knots.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
-}
-
-/// The knots of a trajectory inside a cell that thinning keeps.
-fn thinned_inside(knots: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
-    // The normal does not matter: the bound is the same in all directions.
-    let place = |&(isovalue, position): &(f64, Vec3)| Candidate {
-        isovalue,
-        position,
-        normal: Vec3::Z,
-        is_required: false,
-    };
-    let places: Vec<Candidate> = knots.iter().map(place).collect();
-    let kept_knots = thin(&places, ErrorBound::inside(tolerance));
-    kept_knots.into_iter().map(|i| knots[i]).collect()
+fn thinned(mut places: Vec<Candidate>, bound: ErrorBound) -> Vec<(f64, Vec3)> {
+    places.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
+    places.dedup_by(|b, a| a.isovalue == b.isovalue);
+    let kept = thin(&places, bound).into_iter();
+    kept.map(|i| (places[i].isovalue, places[i].position)).collect()
 }
