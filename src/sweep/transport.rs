@@ -352,15 +352,14 @@ pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<Faul
     (distance > most && criteria.deviation(t) > most).then_some(Fault::Off)
 }
 
-/// Those of some faces that fail a check.
+/// Those of some faces that are turned over or deviate by more than `most`.
 pub(super) fn faults(
     tracked: &Tracked,
     criteria: &Criteria,
-    parameters: &Parameters,
+    most: f32,
     faces: Vec<Face>,
 ) -> Vec<Face> {
     let mesh = &tracked.mesh;
-    let most = MAX_DEVIATION_FACTOR * parameters.error as f32;
     let fails = |f: &Face| {
         mesh.has_face(*f) && !mesh.is_cap(*f) && fault(criteria, mesh.corners(*f), most).is_some()
     };

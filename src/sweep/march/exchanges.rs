@@ -238,12 +238,8 @@ impl March<'_, '_> {
         new: &BTreeSet<Vertex>,
         kernels: &mut dyn Kernels,
     ) -> Result<Vec<Vertex>> {
-        let improvement = Improvement {
-            field: self.field(),
-            region: &state.region,
-            parameters: self.parameters(),
-            isovalue: state.at,
-        };
+        let improvement =
+            Improvement { field: self.field(), parameters: self.parameters(), isovalue: state.at };
         let begins = |v: &Vertex| self.record.begins(*v, state.at);
         let new: &BTreeSet<Vertex> = &new.iter().copied().filter(begins).collect();
         let made = improvement.improved(&state.tracked, new, kernels)?;

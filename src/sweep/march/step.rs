@@ -15,9 +15,9 @@ use crate::sweep::calendar::Passage;
 use crate::sweep::cause::{Cause, FirstCauses};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::remesh::remesh;
-use crate::sweep::repair::repair_faults;
+use crate::sweep::repair::{Shape, repair};
 use crate::sweep::tracked::Tracked;
-use crate::sweep::transport::{Moved, Retry, Step, Transport, faults};
+use crate::sweep::transport::{MAX_DEVIATION_FACTOR, Moved, Retry, Step, Transport, faults};
 
 impl March<'_, '_> {
     /// Takes one step. Returns false if the step is too long.
@@ -92,7 +92,7 @@ impl March<'_, '_> {
     fn finish_step(&mut self, state: &mut State, isovalue: f64) {
         state.at = isovalue;
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        let (causes, faults) = self.repair_and_remesh(state, &criteria);
+        let (causes, faults) = self.remesh_and_repair(state, criteria);
         let mut changed: Vec<Face> = causes.changed().collect();
         changed.sort_unstable();
         changed.dedup();
@@ -188,33 +188,24 @@ impl March<'_, '_> {
         Some(self.blocks_at(&places))
     }
 
-    /// Remeshes at the end of a step; repairs failing faces before, as remeshing does not, and after. Returns the causes of the
-    /// changes, and the faces that still fail. After the first check only faces that have changed are checked again, and those that
-    /// failed.
-    fn repair_and_remesh(
+    /// Remeshes at the end of a step, and repairs failing faces. Returns the causes of the changes, and the faces that still fail.
+    fn remesh_and_repair(
         &self,
         State { tracked, region, .. }: &mut State,
-        criteria: &Criteria,
+        criteria: Criteria,
     ) -> (FirstCauses, Vec<Face>) {
         let mut causes = FirstCauses::new(&mut tracked.mesh);
-        let check = |tracked: &Tracked, mut suspects: Vec<Face>| {
-            suspects.par_sort_unstable();
-            suspects.dedup();
-            faults(tracked, criteria, self.parameters(), suspects)
-        };
-        let mend = |tracked: &mut Tracked, causes: &mut FirstCauses, bad: &[Face]| {
-            repair_faults(tracked, region, criteria, self.parameters(), bad);
-            causes.attribute(&mut tracked.mesh, Cause::Repair)
-        };
-        let mut bad = check(tracked, tracked.mesh.par_faces().collect());
-        mend(tracked, &mut causes, &bad);
-        remesh(&mut tracked.mesh, criteria, &mut causes);
-        bad.extend(causes.changed());
-        bad = check(tracked, bad);
-        let edited = mend(tracked, &mut causes, &bad);
-        bad.extend(edited);
-        let left = check(tracked, bad);
-        (causes, left)
+        remesh(&mut tracked.mesh, &criteria, &mut causes);
+        let max_deviation = MAX_DEVIATION_FACTOR * self.parameters().error as f32;
+        let bad = faults(tracked, &criteria, max_deviation, tracked.mesh.par_faces().collect());
+        let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
+        let shape = Shape { criteria, max_deviation, place: &place };
+        repair(tracked, region, &[shape], &bad);
+        let edited = causes.attribute(&mut tracked.mesh, Cause::Repair);
+        let mut suspects = [bad, edited].concat();
+        suspects.sort_unstable();
+        suspects.dedup();
+        (causes, faults(tracked, &criteria, max_deviation, suspects))
     }
 
     /// Starts the back-off of a block whose tracking failed: it stays exact for some steps, twice as many if it fails again soon.
