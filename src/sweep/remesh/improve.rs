@@ -27,9 +27,6 @@ use crate::sweep::tracked::Tracked;
 /// Rounds of split, collapse, flip and relaxation.
 const ROUNDS: usize = 3;
 
-/// Iterations of relaxation in each.
-const RELAXATIONS: u32 = 4;
-
 /// Largest deviation after a collapse, as a share of the tolerance, so that refinement does not undo it.
 const COLLAPSE_SHARE: f32 = 0.5;
 
@@ -108,7 +105,7 @@ impl Improvement<'_> {
                 isovalue: self.isovalue,
                 strength: self.parameters.relax_strength as f32,
                 threshold: self.parameters.relax_force as f32,
-                max_iterations: RELAXATIONS,
+                max_iterations: self.parameters.relax_iterations,
             },
         })?;
         let mut positions = advanced.positions.into_iter();
