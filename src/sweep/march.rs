@@ -46,9 +46,9 @@
 //! 16. **Failure** (`march/step.rs`). Mesh and record are rolled back, the blocks of all failures become exact, or their
 //!     neighbours if they are exact, and the step is tried again. After some attempts only failures of seam and topology count. A
 //!     block's back-off doubles whenever it fails again soon.
-//! 17. **Finish** (`march/step.rs`, `remesh.rs`, `record.rs`). Failing faces are repaired; the mesh is remeshed: flip, refine,
-//!     split, collapse, flip; knots of vertices and lifetimes of triangles are recorded. Blocks of faces that still fail become
-//!     exact in the next step.
+//! 17. **Finish** (`march/step.rs`, `remesh.rs`, `record.rs`). The mesh is remeshed: flip, refine, split, collapse, flip; failing faces
+//!     are repaired; knots of vertices and lifetimes of triangles are recorded. Blocks of faces that still fail become exact in the
+//!     next step.
 //! 18. **Spectrum** (`compute.rs`, `exact.rs`, `seam_triangles.rs`, `chords.rs`, `thin.rs`, `patch.rs`). Triangles of the exact
 //!     extraction are added for every interval in which a block was exact, and trajectories are thinned to the tolerance.
 
