@@ -46,7 +46,7 @@ pub(super) struct Given {
 /// The vertices of a connected component, ascending.
 type Component = Vec<Vertex>;
 
-/// The given mesh on the isosurface, voxel frame.
+/// A mesh of the file, or on the isosurface, in the voxel frame.
 pub(super) struct InitialMesh {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
@@ -83,26 +83,20 @@ pub(super) fn read(
     Ok(Some(Given { path: path.clone(), isovalue, mesh, components }))
 }
 
-/// The mesh of the file in the voxel frame.
-struct Triangles {
-    positions: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
-}
-
 /// From the world to the voxel frame, the inverse of [`Placement::world_of_voxel`].
-fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> Triangles {
+fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> InitialMesh {
     let in_voxels = |&p: &[f64; 3]| placement.voxel_of_world(p).map(|x| x as f32);
     let positions = ply.positions.iter().map(in_voxels).collect();
     let mut triangles = ply.triangles;
     if placement.span() < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    Triangles { positions, triangles }
+    InitialMesh { positions, triangles }
 }
 
 /// The mesh, oriented such that its faces face lower values, and its components by their first vertices.
 fn checked(
-    ply: &Triangles,
+    ply: &InitialMesh,
     isovalue: f64,
     field: &Field,
 ) -> Result<(HalfEdgeMesh, Vec<Component>)> {
