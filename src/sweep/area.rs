@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::isovalue_ranks::TASK_ITEMS;
 use crate::spectrum::{Spectrum, Triangle};
 use crate::volume::between;
 
@@ -14,9 +15,6 @@ pub const TRACKED_AREA_SHARES: &str = "tracked_area_shares";
 
 /// Number of isovalues at which areas are measured, in the middle of equal parts of the range.
 const N_ISOVALUES: usize = 64;
-
-/// Triangles per partial sum: sums must not depend on the number of threads.
-const CHUNK: usize = 1 << 14;
 
 /// The isovalues at which areas are measured, ascending.
 pub(crate) fn area_isovalues(range: (f64, f64)) -> impl Iterator<Item = f64> {
@@ -65,7 +63,8 @@ fn areas(spectrum: &Spectrum, triangles: &[Triangle], ranked: &[(f64, u32)]) -> 
         }
         sums
     };
-    let chunks: Vec<Vec<f64>> = triangles.par_chunks(CHUNK).map(of_chunk).collect();
+    // Sums must not depend on the number of threads.
+    let chunks: Vec<Vec<f64>> = triangles.par_chunks(TASK_ITEMS).map(of_chunk).collect();
     let mut all = vec![0.0; ranked.len()];
     for sums in chunks {
         all.iter_mut().zip(sums).for_each(|(all, sum)| *all += sum);

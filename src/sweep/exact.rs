@@ -15,7 +15,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::isovalue_ranks::{IsovalueRanks, isovalues_of};
+use super::isovalue_ranks::{IsovalueRanks, TASK_ITEMS, isovalues_of};
 use super::life::merge_sorted;
 use super::region::{LatticeEdge, PaddedGrid};
 use super::shared::SharedPlanes;
@@ -28,12 +28,6 @@ use crate::topology::{Topology, TopologyEvent};
 
 /// Isovalues at which vertices inside cells are computed, as shares of an interval; first and last serve for its ends.
 const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
-
-/// Cells per task.
-const TASK_CELLS: usize = 1024;
-
-/// Cells per round: the results of a round are in memory twice until they are joined.
-const ROUND_CELLS: usize = 1 << 16;
 
 /// A cell, and the isovalues between which it is exact.
 #[derive(Clone, Copy, Debug)]
@@ -106,17 +100,15 @@ impl<'a> ExactCells<'a> {
         triangles: &mut Vec<Triangle>,
         inner: &mut Vec<Vec<(f64, Vec3)>>,
     ) {
-        let of_task = |intervals: &[ExactInterval]| {
-            let mut made = ExactTriangles::default();
-            let mut extractor = CellExtractor::new(self.field);
-            for interval in intervals {
+        let new = || (ExactTriangles::default(), CellExtractor::new(self.field));
+        // By rounds, as the results of a round are in memory twice until they are joined.
+        for intervals in self.intervals.chunks(TASK_ITEMS) {
+            let intervals = intervals.par_iter().with_min_len(256);
+            let made = intervals.fold(new, |(mut made, mut extractor), interval| {
                 made.add_cell((self, &mut extractor), (codes, ends), interval);
-            }
-            made
-        };
-        for intervals in self.intervals.chunks(ROUND_CELLS) {
-            let made = intervals.par_chunks(TASK_CELLS).map(of_task);
-            for made in made.collect::<Vec<ExactTriangles>>() {
+                (made, extractor)
+            });
+            for (made, _) in made.collect::<Vec<(ExactTriangles, CellExtractor)>>() {
                 let n = inner.len() as u32;
                 let number = |code| codes.after_inner(code, n);
                 let own = made.triangles.into_iter();

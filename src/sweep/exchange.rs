@@ -21,9 +21,9 @@ mod refused;
 
 pub(super) use refused::Refused;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
-use super::check::{Change, changed_topology, open_part};
+use super::check::open_part;
 use super::clusters::Cluster;
 use super::exchanged::Exchanged;
 use super::part::MeshPart;
@@ -45,48 +45,12 @@ pub(super) fn exchange(
 ) -> Result<Exchanged, Refused> {
     let part = MeshPart::of(before, &cluster.faces);
     let cut = Cut::new(cluster, [old, new], field);
-    let whole_key = |v: u32| part.origin[v as usize].and_then(|o| before.key(o));
-    let of_part = Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key);
-    let mut tracked = of_part.map_err(|p| Refused::at("no part", cut.cell(p)))?;
-    cut.split(&mut tracked.mesh);
-    let removed = cut.removed(&tracked, &part.is_rim);
-    let mut pieces = Pieces {
-        positions: (0..tracked.mesh.vertex_slots() as u32)
-            .map(|v| tracked.mesh.position(Vertex(v)).to_array())
-            .collect(),
-        origin: part.origin.clone(),
-        rim: part.is_rim.clone(),
-        ..Pieces::default()
-    };
-    // The hubs of the part are not vertices of the whole.
-    pieces.origin.resize(pieces.positions.len(), None);
-    pieces.rim.resize(pieces.positions.len(), false);
-    let mut was = Vec::new();
-    for f in tracked.mesh.faces().filter(|f| !tracked.mesh.is_cap(*f)) {
-        if !removed[f.0 as usize] {
-            pieces.triangles.push(tracked.mesh.face_vertices(f).map(|v| v.0));
-            was.push(part.faces.get(f.0 as usize).copied());
-        }
-    }
-    pieces.split_pinched();
-    let nodes = cut.nodes(&pieces, &tracked, &[old, new])?;
-    pieces.bound = nodes.iter().map(|(e, v)| (*v, *e)).collect();
-    release(&nodes, &cut.released, field, isovalue, &mut pieces);
-    was.resize(pieces.triangles.len(), None);
-    pieces.split_pinched();
-    let nodes = cut.nodes(&pieces, &tracked, &[new])?;
-    let nodes = if pieces.close_loops(&nodes, &mut was) {
-        pieces.split_pinched();
-        cut.nodes(&pieces, &tracked, &[new])?
-    } else {
-        nodes
-    };
+    let (pieces, nodes) = pieces(before, &part, &cut, isovalue)?;
     let (wrong, unclear) = cut.wrong(&nodes, isovalue);
     let bound: HashMap<u32, LatticeEdge> = nodes.iter().map(|(e, v)| (*v, *e)).collect();
     let key = |v: u32| bound.get(&v).copied();
     let made = Tracked::of(pieces.positions, pieces.triangles, key);
     let mut made = made.map_err(|p| Refused::at("no manifold", cut.cell(p)))?;
-    was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
     let at = |mesh: &HalfEdgeMesh, v: Vertex| mesh.position(v);
     // All reasons are collected, as every attempt is expensive.
@@ -98,31 +62,40 @@ pub(super) fn exchange(
     };
     let stuck: Vec<u32> = wrong.into_iter().filter(|s| cannot_cross(&mut made, s)).collect();
     refused.add("sample not crossed", stuck);
+    refused.none()?;
     let bound: Vec<(Vertex, LatticeEdge)> = made.bound().collect();
-    let level = field.isovalue_level(isovalue);
     for &(v, e) in &bound {
-        let ends = new.grid.ends(e).map(|s| field.level(s) > level);
-        if ends[0] == ends[1] {
-            refused.add("bound to no crossing", new.grid.ends(e));
-        } else if made.vertex_at(e) != Some(v) {
-            refused.add("bound twice", new.grid.ends(e));
-        }
         made.mesh.set_position(v, place_on(field, e, isovalue));
     }
-    let squares = cut.squares.iter().copied();
-    refused.add("other polyline", made.polyline_mismatches(new, field, squares, isovalue));
-    refused.none()?;
-    let mut refused = Refusals::default();
-    let vertices: Vec<Vertex> = bound.iter().map(|b| b.0).collect();
-    made.split_bound_chords(new, &vertices, &at, &mut changes);
+    let bound: Vec<Vertex> = bound.into_iter().map(|b| b.0).collect();
+    made.split_bound_chords(new, &bound, &at, &mut changes);
+    let mut was = pieces.was;
     was.resize(made.mesh.face_slots(), None);
     let exchanged = Exchanged { part, made, origin: pieces.origin, was };
     if !exchanged.has_rim() {
         return Err(Refused { why: "part too small", samples: Vec::new() });
     }
-    let change = Change { field, isovalue, regions: [old, new], blocks: &cluster.blocks };
-    refused.add("open", open_part(before, &exchanged, &change));
-    refused.add("other topology", changed_topology(before, &exchanged, &change));
-    refused.none()?;
-    Ok(exchanged)
+    let open = open_part(before, &exchanged, &cluster.blocks, [old, new], (field, isovalue));
+    if open.is_empty() { Ok(exchanged) } else { Err(Refused::at("open", open)) }
+}
+
+/// The triangles of which a part is rebuilt, and the vertices in which their boundary crosses lattice edges.
+fn pieces(
+    before: &Tracked,
+    part: &MeshPart,
+    cut: &Cut,
+    isovalue: f64,
+) -> Result<(Pieces, BTreeMap<LatticeEdge, u32>), Refused> {
+    let whole_key = |v: u32| part.origin[v as usize].and_then(|o| before.key(o));
+    let of_part = Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key);
+    let mut tracked = of_part.map_err(|p| Refused::at("no part", cut.cell(p)))?;
+    cut.split(&mut tracked.mesh);
+    let mut pieces = Pieces::left(part, &tracked, &cut.removed(&tracked, &part.is_rim));
+    pieces.split_pinched();
+    let nodes = cut.nodes(&pieces, &tracked, &[cut.old, cut.new])?;
+    pieces.bound = nodes.iter().map(|(e, v)| (*v, *e)).collect();
+    release(&nodes, &cut.released, cut.field, isovalue, &mut pieces);
+    pieces.split_pinched();
+    let nodes = cut.nodes(&pieces, &tracked, &[cut.new])?;
+    Ok((pieces, nodes))
 }

@@ -6,7 +6,7 @@
 //! isosurface, and the sweep starts from the mesh; only its parts in exact cells are cut out.
 //!
 //! The component of the isosurface that belongs to a component of the mesh is found in the exact
-//! extraction at the same isovalue: some vertices of the mesh vote for the component of the nearest extracted vertex.
+//! extraction at the same isovalue: each vertex votes for the component of the nearest extracted vertex.
 
 mod nearest;
 #[cfg(test)]
@@ -19,11 +19,13 @@ use glam::Vec3;
 
 use super::context::Sweep;
 use super::parameters::Parameters;
+use super::transport::MAX_MOTION;
+use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract};
 use crate::field::Field;
 use crate::kernels::{Advance, Advanced, Relaxation};
-use crate::mesh::{Compacted, HalfEdgeMesh, Vertex, area, intersecting, normal};
+use crate::mesh::{Compacted, Edge, HalfEdgeMesh, Vertex, area, intersecting, normal};
 use crate::numbers::exact;
 use crate::ply_reader::{PlyMesh, read_ply};
 use crate::volume::Placement;
@@ -32,28 +34,19 @@ use nearest::ExtractionVertices;
 /// Largest distance of a vertex from the isosurface, to first order, voxels.
 const MAX_DISTANCE: f32 = 0.5;
 
-/// Number of vertices of a component that vote for a component of the isosurface.
-const N_VOTERS: usize = 64;
-
-/// How far a vertex may move onto the isosurface, voxels; more than [`MAX_DISTANCE`], which is to first order
-/// only.
-const MAX_MOTION: f32 = 2.0;
-
 /// The mesh of the file, checked by itself and against the field, in the voxel frame.
 pub(super) struct Given {
     path: PathBuf,
     isovalue: f64,
-    components: Vec<GivenComponent>,
-}
-
-/// One connected component of the given mesh.
-struct GivenComponent {
-    /// The index of each vertex in the file.
-    numbers: Vec<u32>,
+    /// Its faces face lower values. Vertices have their numbers in the file.
     mesh: HalfEdgeMesh,
+    components: Vec<Component>,
 }
 
-/// The components of the given mesh as one mesh on the isosurface, voxel frame.
+/// The vertices of a connected component, ascending.
+type Component = Vec<Vertex>;
+
+/// A mesh of the file, or on the isosurface, in the voxel frame.
 pub(super) struct InitialMesh {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
@@ -86,39 +79,35 @@ pub(super) fn read(
         )));
     }
     let ply = in_voxel_frame(read_ply(path)?, field.volume().placement());
-    let components = checked(&ply, isovalue, field).map_err(|e| e.of_file(path))?;
-    Ok(Some(Given { path: path.clone(), isovalue, components }))
-}
-
-/// The mesh of the file in the voxel frame.
-struct Triangles {
-    positions: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
+    let (mesh, components) = checked(&ply, isovalue, field).map_err(|e| e.of_file(path))?;
+    Ok(Some(Given { path: path.clone(), isovalue, mesh, components }))
 }
 
 /// From the world to the voxel frame, the inverse of [`Placement::world_of_voxel`].
-fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> Triangles {
+fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> InitialMesh {
     let in_voxels = |&p: &[f64; 3]| placement.voxel_of_world(p).map(|x| x as f32);
     let positions = ply.positions.iter().map(in_voxels).collect();
     let mut triangles = ply.triangles;
     if placement.span() < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    Triangles { positions, triangles }
+    InitialMesh { positions, triangles }
 }
 
-/// The components of the mesh, each oriented such that its faces face lower values.
-fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<GivenComponent>> {
+/// The mesh, oriented such that its faces face lower values, and its components by their first vertices.
+fn checked(
+    ply: &InitialMesh,
+    isovalue: f64,
+    field: &Field,
+) -> Result<(HalfEdgeMesh, Vec<Component>)> {
     if ply.triangles.is_empty() {
         return Err(Error::input("no triangles, expected a closed mesh of the isosurface"));
     }
-    let n = ply.positions.len();
-    let mesh = HalfEdgeMesh::from_triangles(
-        &ply.positions,
-        &vec![false; n],
-        &ply.triangles,
-        &vec![false; ply.triangles.len()],
-    )?;
+    let mesh_of = |triangles: &[[u32; 3]]| {
+        let (fixed, caps) = (vec![false; ply.positions.len()], vec![false; triangles.len()]);
+        HalfEdgeMesh::from_triangles(&ply.positions, &fixed, triangles, &caps)
+    };
+    let mesh = mesh_of(&ply.triangles)?;
     let dims = field.dims().as_vec3();
     let end = (dims - 1.0) * field.cell_size();
     for v in mesh.vertices() {
@@ -134,7 +123,29 @@ fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<GivenCom
         }
         check_distance(v.0, p, isovalue, field, MAX_DISTANCE)?;
     }
-    components(&mesh).iter().map(|vertices| component(&mesh, vertices, field)).collect()
+    let components = components(&mesh);
+    Ok((mesh_of(&oriented(&mesh, &components, field))?, components))
+}
+
+/// The triangles of a mesh, those of components whose faces face higher values turned over: other programs may have another sign
+/// convention.
+fn oriented(mesh: &HalfEdgeMesh, components: &[Component], field: &Field) -> Vec<[u32; 3]> {
+    let mut component_of = vec![0; mesh.vertex_slots()];
+    for (i, vertices) in components.iter().enumerate() {
+        vertices.iter().for_each(|v| component_of[v.0 as usize] = i);
+    }
+    let mut uphill = vec![0.0; components.len()];
+    for f in mesh.faces() {
+        let corners = mesh.corners(f);
+        let gradient = field.gradient(corners.iter().sum::<Vec3>() / 3.0).normalize_or_zero();
+        let [first, ..] = mesh.face_vertices(f);
+        uphill[component_of[first.0 as usize]] += area(corners) * normal(corners).dot(gradient);
+    }
+    let triangles = mesh.faces().map(|f| mesh.face_vertices(f).map(|v| v.0));
+    let turned = |[a, b, c]: [u32; 3]| {
+        if uphill[component_of[a as usize]] > 0.0 { [a, c, b] } else { [a, b, c] }
+    };
+    triangles.map(turned).collect()
 }
 
 /// Checks that a vertex lies on the isosurface, up to a distance in voxels.
@@ -152,66 +163,17 @@ fn check_distance(number: u32, p: Vec3, isovalue: f64, field: &Field, largest: f
     )))
 }
 
-/// The vertices of each connected component, ascending; components by their first vertices.
-fn components(mesh: &HalfEdgeMesh) -> Vec<Vec<Vertex>> {
-    let mut seen = vec![false; mesh.vertex_slots()];
-    let mut components = Vec::new();
-    for first in mesh.vertices() {
-        if std::mem::replace(&mut seen[first.0 as usize], true) {
-            continue;
-        }
-        let mut found = vec![first];
-        let mut next = 0;
-        while next < found.len() {
-            for v in mesh.one_ring(found[next]) {
-                if !std::mem::replace(&mut seen[v.0 as usize], true) {
-                    found.push(v);
-                }
-            }
-            next += 1;
-        }
-        found.sort_unstable();
-        components.push(found);
+/// The connected components of a mesh, by their first vertices.
+fn components(mesh: &HalfEdgeMesh) -> Vec<Component> {
+    let mut sets = DisjointSets::new(mesh.vertex_slots());
+    for h in mesh.edges().map(Edge::halfedge) {
+        sets.join(mesh.from(h).0, mesh.to(h).0);
     }
-    components
-}
-
-/// One component as a mesh of its own.
-fn component(mesh: &HalfEdgeMesh, vertices: &[Vertex], field: &Field) -> Result<GivenComponent> {
-    let index =
-        |v: Vertex| vertices.binary_search(&v).expect("a face lies in one component") as u32;
-    // Every face is visited at the lowest of its vertices.
-    let spokes = vertices.iter().flat_map(|&v| mesh.spokes(v).map(move |h| (v, mesh.face(h))));
-    let mut faces: Vec<_> = spokes
-        .filter(|&(v, f)| mesh.face_vertices(f).iter().min() == Some(&v))
-        .map(|(_, f)| f)
-        .collect();
-    faces.sort_unstable();
-    // For volumes of another sign convention faces face higher values.
-    let uphill: f32 = faces
-        .iter()
-        .map(|&f| {
-            let corners = mesh.corners(f);
-            let centre = corners.iter().sum::<Vec3>() / 3.0;
-            area(corners) * normal(corners).dot(field.gradient(centre).normalize_or_zero())
-        })
-        .sum();
-    let mut triangles: Vec<[u32; 3]> =
-        faces.iter().map(|&f| mesh.face_vertices(f).map(index)).collect();
-    if uphill > 0.0 {
-        triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let mut components: BTreeMap<u32, Component> = BTreeMap::new();
+    for v in mesh.vertices() {
+        components.entry(sets.find(v.0)).or_default().push(v);
     }
-    let positions: Vec<[f32; 3]> = vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
-    let caps = vec![false; triangles.len()];
-    Ok(GivenComponent {
-        numbers: vertices.iter().map(|v| v.0).collect(),
-        mesh: HalfEdgeMesh::from_triangles(
-            &positions,
-            &vec![false; positions.len()],
-            &triangles,
-            &caps,
-        )?,
-    })
+    components.into_values().collect()
 }
 
 /// The given mesh, its vertices moved onto the isosurface.
@@ -221,34 +183,33 @@ fn component(mesh: &HalfEdgeMesh, vertices: &[Vertex], field: &Field) -> Result<
 /// [`Error::Input`] where the components of the mesh are not those of the isosurface, or the
 /// vertices cannot be moved onto it without faces that pass through each other.
 pub(super) fn placed(sweep: &Sweep, given: Given) -> Result<InitialMesh> {
-    let Given { path, isovalue, components } = given;
-    let extraction = extract(&sweep.exact, isovalue);
-    let matched = matched(&extraction, &components, sweep).map_err(|e| e.of_file(&path))?;
-    let crossings = extraction.component_crossings();
-    let mut initial = InitialMesh { positions: Vec::new(), triangles: Vec::new() };
-    for (component, on) in components.into_iter().zip(matched) {
-        let (low, high) = crossings[on as usize];
-        let arc = sweep.topology.arc_of(low, high, isovalue).ok_or_else(|| {
-            Error::internal(format!("no arc of component {on} at isovalue {isovalue}"))
-        })?;
-        check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| e.of_file(&path))?;
-        let InitialMesh { positions, triangles } =
-            projected(&component, isovalue, sweep).map_err(|e| e.of_file(&path))?;
-        let first = initial.positions.len() as u32;
-        initial.positions.extend(positions);
-        initial.triangles.extend(triangles.into_iter().map(|t| t.map(|v| v + first)));
-    }
-    Ok(initial)
+    on_isosurface(sweep, &given).map_err(|e| e.of_file(&given.path))
 }
 
-fn check_euler(component: &GivenComponent, expected: i64) -> Result<()> {
-    let euler = component.mesh.euler();
+fn on_isosurface(sweep: &Sweep, given: &Given) -> Result<InitialMesh> {
+    let extraction = extract(&sweep.exact, given.isovalue);
+    let crossings = extraction.component_crossings();
+    for (vertices, on) in given.components.iter().zip(matched(&extraction, given, sweep)?) {
+        let (low, high) = crossings[on as usize];
+        let arc = sweep.topology.arc_of(low, high, given.isovalue).ok_or_else(|| {
+            Error::internal(format!("no arc of component {on} at isovalue {}", given.isovalue))
+        })?;
+        check_euler(&given.mesh, vertices, sweep.topology.arcs[arc].euler)?;
+    }
+    projected(&given.mesh, given.isovalue, sweep)
+}
+
+/// Checks the Euler characteristic of a component.
+fn check_euler(mesh: &HalfEdgeMesh, vertices: &[Vertex], expected: i64) -> Result<()> {
+    // Each face is at three vertices, and a closed mesh has three edges for two faces.
+    let n_faces = vertices.iter().map(|&v| mesh.spokes(v).count() as i64).sum::<i64>() / 3;
+    let euler = vertices.len() as i64 - n_faces / 2;
     if euler == expected {
         return Ok(());
     }
     Err(Error::input(format!(
         "the component of vertex {} has genus {}, expected {} as the isosurface there",
-        component.numbers[0],
+        vertices[0].0,
         1 - euler / 2,
         1 - expected / 2
     )))
@@ -257,31 +218,29 @@ fn check_euler(component: &GivenComponent, expected: i64) -> Result<()> {
 /// For each component of the mesh, its component of the extraction; one to one.
 fn matched(
     extraction: &Extraction,
-    components: &[GivenComponent],
+    Given { mesh, components, .. }: &Given,
     sweep: &Sweep,
 ) -> Result<Vec<u32>> {
-    let vertices = ExtractionVertices::new(extraction, sweep.field.inverse_cell_size());
-    let mut owner: Vec<Option<usize>> = vec![None; extraction.n_components];
+    let extracted = ExtractionVertices::new(extraction, sweep.field.inverse_cell_size());
+    let mut owner: Vec<Option<u32>> = vec![None; extraction.n_components];
     let mut matched = Vec::with_capacity(components.len());
-    for (i, component) in components.iter().enumerate() {
+    for vertices in components {
+        let first = vertices[0].0;
         let mut votes: BTreeMap<u32, usize> = BTreeMap::new();
-        let slots = component.mesh.vertex_slots();
-        for v in (0..slots).step_by(slots.div_ceil(N_VOTERS)) {
-            if let Some(on) = vertices.component_near(component.mesh.position(Vertex(v as u32))) {
+        for &v in vertices {
+            if let Some(on) = extracted.component_near(mesh.position(v)) {
                 *votes.entry(on).or_default() += 1;
             }
         }
         // Of equal votes the first component wins: `max_by_key` takes the last, so reversed.
         let Some((&on, _)) = votes.iter().rev().max_by_key(|vote| vote.1) else {
             return Err(Error::input(format!(
-                "the component of vertex {} has no isosurface near, expected one",
-                component.numbers[0]
+                "the component of vertex {first} has no isosurface near, expected one"
             )));
         };
-        if let Some(other) = owner[on as usize].replace(i) {
+        if let Some(other) = owner[on as usize].replace(first) {
             return Err(Error::input(format!(
-                "the components of vertices {} and {} lie on the same component of the isosurface, expected one",
-                components[other].numbers[0], component.numbers[0]
+                "the components of vertices {other} and {first} lie on the same component of the isosurface, expected one"
             )));
         }
         matched.push(on);
@@ -313,22 +272,21 @@ fn missing(extraction: &Extraction, component: u32, n_found: usize) -> Error {
     ))
 }
 
-/// A component, its vertices moved onto the isosurface.
-fn projected(component: &GivenComponent, isovalue: f64, sweep: &Sweep) -> Result<InitialMesh> {
+/// The vertices of a mesh moved onto the isosurface.
+fn projected(mesh: &HalfEdgeMesh, isovalue: f64, sweep: &Sweep) -> Result<InitialMesh> {
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
-    let Compacted { connectivity, positions, vertices, .. } = component.mesh.compacted();
+    let Compacted { connectivity, positions, vertices, .. } = mesh.compacted();
     kernels.load(&connectivity, &positions)?;
     let only_projects = Relaxation { isovalue, strength: 0.0, threshold: 0.0, max_iterations: 0 };
     let advance =
         Advance { isovalues: &[isovalue], reach: MAX_MOTION, ends: &[], relaxation: only_projects };
     let Advanced { positions, .. } = kernels.advance(&advance)?;
     let tolerance = sweep.parameters.error as f32;
-    let number = |i: usize| component.numbers[vertices[i].0 as usize];
-    for (i, &p) in positions.iter().enumerate() {
-        check_distance(number(i), p.into(), isovalue, &sweep.field, tolerance)?;
+    for (v, &p) in vertices.iter().zip(&positions) {
+        check_distance(v.0, p.into(), isovalue, &sweep.field, tolerance)?;
     }
     if let Some(&f) = intersecting(&positions, &connectivity.faces).first() {
-        let corners = connectivity.faces[f as usize].map(|v| number(v as usize));
+        let corners = connectivity.faces[f as usize].map(|v| vertices[v as usize].0);
         return Err(Error::input(format!(
             "on the isosurface the triangle of vertices {corners:?} passes through another, expected none"
         )));

@@ -30,12 +30,11 @@
 //!    are independent of each other. To become exact: the mesh is cut along lattice squares, the inside is removed, the
 //!    rim moves onto the exact polyline. To be released: the exact triangles become part of the mesh.
 //! 9. **Refusals** (`exchange/refused.rs`, `check.rs`). A cluster's exchange is refused unless its boundary is the exact
-//!    polyline and the Euler characteristic is unchanged. A refusal makes more blocks exact: around the failing samples;
-//!    after some attempts also those that were to be released, then whole components of the mesh, in the end everything.
+//!    polyline. A refusal makes more blocks exact: around the failing samples; after some attempts also those that were to be
+//!    released, then whole components of the mesh, in the end everything.
 //! 10. **New triangles** (`remesh/improve.rs`). Triangles that come from exact cells are split, collapsed, flipped and relaxed.
-//! 11. **Motion** (`transport.rs`). Free vertices are projected along their normals, in several parts if they move far,
-//!     and relaxed on the last isosurface. Failures are: vertices that do not reach the isosurface or move too far, faces
-//!     turned over, faces off the isosurface at the end or half-way, faces that cross others.
+//! 11. **Motion** (`transport.rs`). Free vertices are projected along their normals, and relaxed. Failures are: vertices that do not
+//!     reach the isosurface or move too far, faces turned over, faces off the isosurface at the end or half-way, faces that cross others.
 //! 12. **Too long** (`march/length.rs`). If too much of the mesh fails, the step is abandoned and a shorter one is tried.
 //! 13. **Repair** (`repair.rs`, `march/step.rs`). Faces that are turned over or cross others are repaired once by flips and
 //!     collapses, and the motion is repeated near them.
@@ -45,14 +44,15 @@
 //! 15. **Check** (`check.rs`). The boundary of the mesh is compared with the exact polyline edge by edge, and every part of the
 //!     mesh by its Euler characteristic with an exact count of the isosurface in the same cells.
 //! 16. **Failure** (`march/step.rs`). Mesh and record are rolled back, the blocks of all failures become exact, or their
-//!     neighbours if they are exact, and the step is tried again. After some rounds only failures of seam and topology count. A
+//!     neighbours if they are exact, and the step is tried again. After some attempts only failures of seam and topology count. A
 //!     block's back-off doubles whenever it fails again soon.
-//! 17. **Finish** (`march/step.rs`, `remesh.rs`, `record.rs`). Failing faces are repaired; the mesh is remeshed: flip, refine,
-//!     split, collapse, flip; knots of vertices and lifetimes of triangles are recorded. Blocks of faces that still fail become
-//!     exact in the next step.
+//! 17. **Finish** (`march/step.rs`, `remesh.rs`, `record.rs`). The mesh is remeshed: flip, refine, split, collapse, flip; failing faces
+//!     are repaired; knots of vertices and lifetimes of triangles are recorded. Blocks of faces that still fail become exact in the
+//!     next step.
 //! 18. **Spectrum** (`compute.rs`, `exact.rs`, `seam_triangles.rs`, `chords.rs`, `thin.rs`, `patch.rs`). Triangles of the exact
 //!     extraction are added for every interval in which a block was exact, and trajectories are thinned to the tolerance.
 
+mod ends;
 mod exchanges;
 mod length;
 mod plan;

@@ -164,13 +164,13 @@ pub(super) fn patch(
     let first_own = tracks.partition_point(|t| matches!(t, Track::Edge(_)));
     let base = base(field);
     let own = tracks[first_own..].par_iter().filter_map(|t| match t {
-        Track::Own(n) => Some(rounded(&thinned(&knots[*n as usize], thinning), base, thinning)),
+        Track::Own(n) => Some(own_trajectory(&knots[*n as usize], base, thinning)),
         _ => None,
     });
     let own: Vec<Vec<(f64, Vec3)>> = own.collect();
     drop(knots);
-    let inner: Vec<Vec<(f64, Vec3)>> =
-        inner.into_par_iter().map(|knots| thinned_inside(&knots, thinning.tolerance)).collect();
+    let inner = inner.into_par_iter();
+    let inner = inner.map(|knots| inner_trajectory(&knots, thinning.tolerance)).collect();
     let corners = [Vec3::ZERO, highest_corner(field, thinning.tolerance)];
     let ends = ends.into_isovalues();
     let spans = spans.into_iter().map(|span| span.map(|rank| ends[rank as usize])).collect();
@@ -263,44 +263,40 @@ fn base(field: &ExactField) -> Vec3 {
     Vec3::from([0, 1, 2].map(|a| (first[a] as f64 * size[a]) as f32))
 }
 
-/// The knots of one trajectory, rounded in the frame of the whole to units of stored positions, coarser along the surface.
-fn rounded(knots: &[OwnKnot], base: Vec3, thinning: Thinning) -> Vec<(f64, Vec3)> {
-    let unit = quantum(thinning.tolerance.into());
-    let axis = facing(knots.iter().map(|k| k.normal.as_dvec3()));
-    let round = |k: &OwnKnot| {
+/// The trajectory of a tracked vertex: the knots that thinning keeps, rounded to units of stored positions in the frame of the whole.
+fn own_trajectory(
+    knots: &[OwnKnot],
+    base: Vec3,
+    Thinning { tolerance, kept }: Thinning,
+) -> Vec<(f64, Vec3)> {
+    let of_knot = |k: &OwnKnot| {
+        let OwnKnot { isovalue, position, normal } = *k;
+        Candidate { isovalue, position, normal, is_required: kept == Some(isovalue) }
+    };
+    let kept = thinned(knots.iter().map(of_knot).collect(), ErrorBound::new(tolerance));
+    let unit = quantum(tolerance.into());
+    let axis = facing(kept.iter().map(|k| k.normal.as_dvec3()));
+    let round = |k: &Candidate| {
         let exact = (k.position + base).as_dvec3() / unit;
         let position: DVec3 = rounded_along(exact, k.normal.as_dvec3(), axis) * unit;
         (k.isovalue, position.as_vec3())
     };
-    knots.iter().map(round).collect()
+    kept.iter().map(round).collect()
+}
+
+/// The trajectory of a vertex inside a cell: the knots that thinning keeps.
+fn inner_trajectory(knots: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
+    // The normal does not matter: the bound is the same in all directions.
+    let normal = Vec3::Z;
+    let of_knot =
+        |&(isovalue, position)| Candidate { isovalue, position, normal, is_required: false };
+    let kept = thinned(knots.iter().map(of_knot).collect(), ErrorBound::inside(tolerance));
+    kept.iter().map(|k| (k.isovalue, k.position)).collect()
 }
 
 /// The knots of one trajectory that thinning keeps, by isovalue.
-fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<OwnKnot> {
-    let mut knots = knots.to_vec();
-    knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
-    knots.dedup_by(|b, a| a.isovalue == b.isovalue);
-    let place = |k: &OwnKnot| Candidate {
-        isovalue: k.isovalue,
-        position: k.position,
-        normal: k.normal,
-        is_required: kept == Some(k.isovalue),
-    };
-    let places: Vec<Candidate> = knots.iter().map(place).collect();
-    let kept_knots = thin(&places, ErrorBound::new(tolerance));
-    kept_knots.into_iter().map(|i| knots[i]).collect()
-}
-
-/// The knots of a trajectory inside a cell that thinning keeps.
-fn thinned_inside(knots: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
-    // The normal does not matter: the bound is the same in all directions.
-    let place = |&(isovalue, position): &(f64, Vec3)| Candidate {
-        isovalue,
-        position,
-        normal: Vec3::Z,
-        is_required: false,
-    };
-    let places: Vec<Candidate> = knots.iter().map(place).collect();
-    let kept_knots = thin(&places, ErrorBound::inside(tolerance));
-    kept_knots.into_iter().map(|i| knots[i]).collect()
+fn thinned(mut places: Vec<Candidate>, bound: ErrorBound) -> Vec<Candidate> {
+    places.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
+    places.dedup_by(|b, a| a.isovalue == b.isovalue);
+    thin(&places, bound).into_iter().map(|i| places[i]).collect()
 }

@@ -155,9 +155,13 @@ impl PaddedGrid {
 
     /// The block of a cell of the volume, by its position.
     pub(super) fn block(&self, p: [usize; 3]) -> u32 {
-        let [bx, by, _] = self.blocks();
-        let [i, j, k] = p.map(|x| (x - 1) / BLOCK);
-        (i + bx * (j + by * k)) as u32
+        self.block_number(p.map(|x| (x - 1) / BLOCK))
+    }
+
+    /// The block at a position among the blocks.
+    fn block_number(&self, [i, j, k]: [usize; 3]) -> u32 {
+        let [nx, ny, _] = self.blocks();
+        (i + nx * (j + ny * k)) as u32
     }
 
     /// The block of a cell; none of a cell of the layer.
@@ -198,25 +202,18 @@ impl PaddedGrid {
 
     pub(super) fn cells_of(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
         let grid = *self;
-        let [x, y, z] = self.block_cells(block);
-        z.flat_map(move |k| {
-            let x = x.clone();
-            y.clone().flat_map(move |j| x.clone().map(move |i| grid.vertex([i, j, k])))
-        })
+        positions(self.block_cells(block)).map(move |p| grid.vertex(p))
     }
 
     /// The samples on the hull of a block.
     pub(super) fn samples_around(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
         let grid = *self;
-        let [x, y, z] = self.block_cells(block).map(|r| (r.start, r.end));
-        (z.0..=z.1).flat_map(move |k| {
-            (y.0..=y.1).flat_map(move |j| {
-                (x.0..=x.1).filter_map(move |i| {
-                    let hull = [(i, x), (j, y), (k, z)].iter().any(|(p, r)| *p == r.0 || *p == r.1);
-                    hull.then(|| grid.vertex([i, j, k]))
-                })
-            })
-        })
+        let sides = self.block_cells(block).map(|cells| cells.start..=cells.end);
+        let of_block = positions(sides.clone());
+        let is_on_hull = move |p: &[usize; 3]| {
+            (0..3).any(|a| p[a] == *sides[a].start() || p[a] == *sides[a].end())
+        };
+        of_block.filter(is_on_hull).map(move |p| grid.vertex(p))
     }
 
     /// By block, whether it is at most `distance` blocks away along every axis from one of some blocks.
@@ -237,26 +234,19 @@ impl PaddedGrid {
 
     /// The blocks that a box, in voxels, touches.
     pub(super) fn blocks_in(&self, low: Vec3, high: Vec3) -> impl Iterator<Item = u32> + use<> {
-        let n = self.blocks();
-        let [x, y, z]: [std::ops::RangeInclusive<usize>; 3] = std::array::from_fn(|a| {
+        let (grid, n) = (*self, self.blocks());
+        let sides = [0, 1, 2].map(|a| {
             let at = |x: f32| (x.max(0.0) as usize / BLOCK).min(n[a] - 1);
             at(low[a])..=at(high[a])
         });
-        z.flat_map(move |k| {
-            let x = x.clone();
-            y.clone().flat_map(move |j| x.clone().map(move |i| (i + n[0] * (j + n[1] * k)) as u32))
-        })
+        positions(sides).map(move |p| grid.block_number(p))
     }
 
     /// A block and those around it.
     pub(super) fn blocks_around(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
-        let (n, p) = (self.blocks(), self.block_position(block));
-        let [x, y, z]: [std::ops::Range<usize>; 3] =
-            std::array::from_fn(|a| p[a].saturating_sub(1)..(p[a] + 2).min(n[a]));
-        z.flat_map(move |k| {
-            let x = x.clone();
-            y.clone().flat_map(move |j| x.clone().map(move |i| (i + n[0] * (j + n[1] * k)) as u32))
-        })
+        let (grid, n, p) = (*self, self.blocks(), self.block_position(block));
+        let sides = [0, 1, 2].map(|a| p[a].saturating_sub(1)..(p[a] + 2).min(n[a]));
+        positions(sides).map(move |p| grid.block_number(p))
     }
 }
 
@@ -406,12 +396,20 @@ impl Region {
     }
 }
 
+/// The positions in a box, the first coordinate fastest.
+fn positions<R: Iterator<Item = usize> + Clone>(
+    [x, y, z]: [R; 3],
+) -> impl Iterator<Item = [usize; 3]> {
+    z.flat_map(move |k| {
+        let x = x.clone();
+        y.clone().flat_map(move |j| x.clone().map(move |i| [i, j, k]))
+    })
+}
+
 /// The cells of the layer around the volume.
 pub(super) fn layer(grid: PaddedGrid) -> impl Iterator<Item = u32> {
-    let [nx, ny, nz] = grid.dims.map(|d| d - 1);
-    let positions =
-        (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
-    positions.filter(move |&p| !grid.is_cell(p)).map(move |p| grid.vertex(p))
+    let all = positions(grid.dims.map(|d| 0..d - 1));
+    all.filter(move |&p| !grid.is_cell(p)).map(move |p| grid.vertex(p))
 }
 
 /// The cycle of a seam around a sample whose octants are exact as `octants` has bits.

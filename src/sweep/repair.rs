@@ -13,9 +13,8 @@ use glam::Vec3;
 
 use super::region::Region;
 use super::tracked::{Tracked, share_exact_cell};
-use super::transport::{MAX_DEVIATION_FACTOR, fault};
+use super::transport::fault;
 use crate::mesh::{Edge, Face, HalfEdge, Vertex, radius_ratio};
-use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
 
 /// The positions of the vertices at an isovalue, and the criteria there.
@@ -70,19 +69,6 @@ pub(super) fn repair(
         }
     }
     repaired
-}
-
-/// Repairs failing faces at the present positions.
-pub(super) fn repair_faults(
-    tracked: &mut Tracked,
-    region: &Region,
-    criteria: &Criteria,
-    parameters: &Parameters,
-    bad: &[Face],
-) {
-    let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-    let max_deviation = MAX_DEVIATION_FACTOR * parameters.error as f32;
-    repair(tracked, region, &[Shape { criteria: *criteria, max_deviation, place: &place }], bad);
 }
 
 /// The edit that leaves the fewest failing triangles.

@@ -315,28 +315,6 @@ impl Tracked {
             }
         }
     }
-
-    /// Samples of squares of the seam on which the boundary is not the exact extraction's polyline at an isovalue.
-    pub(super) fn polyline_mismatches(
-        &self,
-        region: &Region,
-        field: &ExactField,
-        squares: impl Iterator<Item = super::region::Square>,
-        isovalue: f64,
-    ) -> Vec<u32> {
-        let joins = |[a, b]: [LatticeEdge; 2]| {
-            let ends = [a, b].map(|e| self.vertex_at(e));
-            let [Some(a), Some(b)] = ends else { return false };
-            self.along(a, true) == Some(b) || self.along(a, false) == Some(b)
-        };
-        let is_other = |s: &super::region::Square| {
-            region.is_seam(*s)
-                && !super::polyline::polyline(field, region.grid, *s, isovalue)
-                    .into_iter()
-                    .all(joins)
-        };
-        squares.filter(is_other).map(|s| s.corner).collect()
-    }
 }
 
 /// Whether two lattice edges are sides of one exact cell.

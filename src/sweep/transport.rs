@@ -17,11 +17,8 @@ use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
 use crate::topology::exact::ExactField;
 
-/// Distance that most vertices move in one projection at most, voxels.
-const SUB_STEP_LENGTH: f32 = 0.4;
-
-/// A vertex that moves farther in one projection, or in one step, is a failure, voxels.
-const MAX_MOTION: f32 = 2.5;
+/// A vertex that moves farther in one step is a failure, voxels.
+pub(super) const MAX_MOTION: f32 = 2.5;
 
 /// A vertex farther outside the volume is a failure, voxels.
 const MAX_OUTSIDE: f32 = 0.05;
@@ -43,19 +40,11 @@ pub(super) struct Moved {
     pub(super) places: Vec<Vec3>,
     /// Faces that are turned over or cross others.
     pub(super) folded: Vec<Face>,
-    /// Number of failures by check: 0 vertex not reached or moved too far, 1 face turned over, 2 off the isosurface at the end,
-    /// 3 off half-way, 4 face that crosses another.
-    pub(super) n_failures: [usize; 5],
 }
 
 impl Moved {
     pub(super) fn end(&self, v: Vertex) -> Option<[f32; 3]> {
         self.vertices.binary_search(&v).ok().map(|i| self.positions[i])
-    }
-
-    fn fail(&mut self, check: usize, place: Vec3) {
-        self.n_failures[check] += 1;
-        self.places.push(place);
     }
 
     /// The vertices, with positions and normals.
@@ -166,19 +155,15 @@ impl Transport<'_> {
         moves: &dyn Fn(Vertex) -> bool,
         moved: &mut Moved,
     ) -> Result<()> {
-        let Step { at, next } = self.step;
+        let Step { next, .. } = self.step;
         let before = &compacted.positions;
         kernels.load(&compacted.connectivity, before)?;
-        let motion = expected_motion(self.field, before, at, next);
-        let n = (motion / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0);
-        let between = (1..n as usize).map(|i| at + (next - at) * i as f64 / f64::from(n));
-        let isovalues: Vec<f64> = between.chain([next]).collect();
         let end = |(&v, &p): (&Vertex, &[f32; 3])| {
             if moves(v) { p } else { self.constrained_end(v).unwrap_or(p) }
         };
         let ends: Vec<[f32; 3]> = compacted.vertices.iter().zip(before).map(end).collect();
         let Advanced { positions, normals, status } = kernels.advance(&Advance {
-            isovalues: &isovalues,
+            isovalues: &[next],
             reach: MAX_MOTION,
             ends: &ends,
             relaxation: Relaxation {
@@ -195,7 +180,7 @@ impl Transport<'_> {
             let [p, q] = [before[i], moved.positions[i]].map(Vec3::from);
             let far = p.distance(q) > MAX_MOTION || self.is_outside(q, top);
             if status[i] == Status::Failed || far {
-                moved.fail(0, p);
+                moved.places.push(p);
             }
         }
         Ok(())
@@ -249,23 +234,23 @@ impl Transport<'_> {
         let end = |v: u32| Vec3::from(moved.positions[v as usize]);
         let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
         let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);
-        let found: Vec<(usize, [Vec3; 3], Face)> = faces
+        let found: Vec<(Fault, [Vec3; 3], Face)> = faces
             .with_min_len(256)
             .filter_map(|(&slot, t)| {
                 let [a, m] = [t.map(end), t.map(middle)];
                 if !self.stays(slot) || area(a) < MIN_FACE_AREA {
                     return None;
                 }
-                let is_off = || is_off(&midway, m, most_midway).then_some(3);
-                let check = fault(&ends, a, most).or_else(is_off)?;
-                Some((check, a, slot))
+                let is_off = || is_off(&midway, m, most_midway).then_some(Fault::Off);
+                let fault = fault(&ends, a, most).or_else(is_off)?;
+                Some((fault, a, slot))
             })
             .collect();
-        for (check, corners, slot) in found {
-            if check == 1 {
+        for (fault, corners, slot) in found {
+            if fault == Fault::Turned {
                 moved.folded.push(slot);
             }
-            moved.fail(check, self.middle(slot));
+            moved.places.push(self.middle(slot));
             moved.places.extend(self.end_place(corners));
         }
     }
@@ -304,7 +289,7 @@ impl Transport<'_> {
         for f in crossing.into_iter().map(|f| f as usize).filter(|&f| f < slots.len()) {
             moved.folded.push(slots[f]);
             let corners = faces[f].map(|v| Vec3::from(positions[v as usize]));
-            moved.fail(4, self.middle(slots[f]));
+            moved.places.push(self.middle(slots[f]));
             moved.places.extend(self.end_place(corners));
         }
     }
@@ -346,29 +331,35 @@ impl Transport<'_> {
     }
 }
 
-/// The check that a face fails, if any: 1 if it is turned over, 2 if it is off the isosurface.
-pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
+/// What is wrong with a face: it is turned over, or off the isosurface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fault {
+    Turned,
+    Off,
+}
+
+/// What is wrong with a face, if anything.
+pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<Fault> {
     let barycentre = t.iter().sum::<Vec3>() / 3.0;
     if area(t) < MIN_FACE_AREA {
         return None;
     }
     let (value, gradient) = criteria.field.value_and_gradient(barycentre);
     if normal(t).dot(gradient) > 0.0 {
-        return Some(1);
+        return Some(Fault::Turned);
     }
     let distance = distance(criteria, value, gradient);
-    (distance > most && criteria.deviation(t) > most).then_some(2)
+    (distance > most && criteria.deviation(t) > most).then_some(Fault::Off)
 }
 
-/// Those of some faces that fail a check.
+/// Those of some faces that are turned over or deviate by more than `most`.
 pub(super) fn faults(
     tracked: &Tracked,
     criteria: &Criteria,
-    parameters: &Parameters,
+    most: f32,
     faces: Vec<Face>,
 ) -> Vec<Face> {
     let mesh = &tracked.mesh;
-    let most = MAX_DEVIATION_FACTOR * parameters.error as f32;
     let fails = |f: &Face| {
         mesh.has_face(*f) && !mesh.is_cap(*f) && fault(criteria, mesh.corners(*f), most).is_some()
     };
@@ -389,13 +380,6 @@ pub(super) fn distance_by_slope(criteria: &Criteria, t: [Vec3; 3]) -> f32 {
 
 fn distance(criteria: &Criteria, value: f32, gradient: Vec3) -> f32 {
     (value - criteria.isovalue).abs() / gradient.length().max(1e-12)
-}
-
-/// Expected distance that nine of ten vertices move at most, from the field's gradient, voxels.
-pub(super) fn expected_motion(field: &Field, positions: &[[f32; 3]], at: f64, next: f64) -> f32 {
-    let change = (field.isovalue(next) - field.isovalue(at)).abs();
-    let slope = typical_slope(field, positions.par_iter().map(|&p| p.into()));
-    slope.map_or(0.0, |s| change / s.max(1e-12))
 }
 
 /// The slope that nine of ten positions reach.

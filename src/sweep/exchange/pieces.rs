@@ -1,19 +1,14 @@
 //! The triangles of which a part of the mesh is rebuilt: its remaining faces, and those of released cells.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 
-use glam::Vec3;
-
-use super::super::fans::{boundary, split_fans};
+use super::super::fans::split_fans;
+use super::super::part::MeshPart;
 use super::super::region::{LatticeEdge, PaddedGrid};
 use super::super::tracked::{Tracked, place_on};
-use crate::disjoint_sets::DisjointSets;
 use crate::extract::extract_cell;
-use crate::mesh::{Face, Vertex, area};
+use crate::mesh::{Face, Vertex};
 use crate::topology::exact::ExactField;
-
-/// A component that crosses no lattice edge and has a smaller area is not part of the isosurface, square voxels.
-const MIN_PART_AREA: f32 = 3.0;
 
 /// Triangles to build a mesh of.
 #[derive(Default)]
@@ -26,9 +21,27 @@ pub(super) struct Pieces {
     pub(super) origin: Vec<Option<Vertex>>,
     /// By vertex (missing at the end): whether it is on the part's rim.
     pub(super) rim: Vec<bool>,
+    /// By triangle (missing at the end): the face of the whole mesh that it was.
+    pub(super) was: Vec<Option<Face>>,
 }
 
 impl Pieces {
+    /// What is left of a part, which has been cut, without removed faces.
+    pub(super) fn left(part: &MeshPart, cut: &Tracked, removed: &[bool]) -> Pieces {
+        let mesh = &cut.mesh;
+        let slots = (0..mesh.vertex_slots() as u32).map(Vertex);
+        let is_left = |f: &Face| !mesh.is_cap(*f) && !removed[f.0 as usize];
+        let left: Vec<Face> = mesh.faces().filter(is_left).collect();
+        Pieces {
+            positions: slots.map(|v| mesh.position(v).to_array()).collect(),
+            triangles: left.iter().map(|&f| mesh.face_vertices(f).map(|v| v.0)).collect(),
+            origin: part.origin.clone(),
+            rim: part.is_rim.clone(),
+            was: left.iter().map(|f| part.faces.get(f.0 as usize).copied()).collect(),
+            ..Pieces::default()
+        }
+    }
+
     /// Duplicates vertices at which fans of triangles meet without a common edge, so that each fan has its own.
     pub(super) fn split_pinched(&mut self) {
         for v in split_fans(&mut self.triangles, self.positions.len()) {
@@ -52,75 +65,6 @@ impl Pieces {
 
     pub(super) fn is_rim(&self, v: u32) -> bool {
         self.rim.get(v as usize).copied().unwrap_or(false)
-    }
-}
-
-impl Pieces {
-    /// Fills boundary loops that cross no lattice edge, or removes their component if it is small. Returns whether there was one.
-    pub(super) fn close_loops(
-        &mut self,
-        nodes: &BTreeMap<LatticeEdge, u32>,
-        was: &mut Vec<Option<Face>>,
-    ) -> bool {
-        let Ok(next) = boundary(&self.triangles) else { return false };
-        let is_node: BTreeSet<u32> = nodes.values().copied().collect();
-        let mut seen: BTreeSet<u32> = BTreeSet::new();
-        let mut loops: Vec<Vec<u32>> = Vec::new();
-        for &first in next.keys() {
-            if !seen.insert(first) {
-                continue;
-            }
-            let (mut around, mut a) = (vec![first], next[&first]);
-            while a != first {
-                seen.insert(a);
-                around.push(a);
-                a = next[&a];
-            }
-            if !around.iter().any(|v| is_node.contains(v) || self.is_rim(*v)) {
-                loops.push(around);
-            }
-        }
-        if loops.is_empty() {
-            return false;
-        }
-        let mut sets = DisjointSets::new(self.positions.len());
-        for [a, b, c] in &self.triangles {
-            sets.join(*a, *b);
-            sets.join(*a, *c);
-        }
-        let at_rim: BTreeSet<u32> =
-            (0..self.rim.len() as u32).filter(|&v| self.is_rim(v)).map(|v| sets.find(v)).collect();
-        let place = |v: u32| Vec3::from(self.positions[v as usize]);
-        let mut areas: HashMap<u32, f32> = HashMap::new();
-        for t in &self.triangles {
-            *areas.entry(sets.find(t[0])).or_default() += area(t.map(place));
-        }
-        let mut gone: BTreeSet<u32> = BTreeSet::new();
-        let mut filled: Vec<(Vec3, Vec<u32>)> = Vec::new();
-        for around in loops {
-            let set = sets.find(around[0]);
-            if areas[&set] < MIN_PART_AREA && !at_rim.contains(&set) {
-                gone.insert(set);
-            } else {
-                let middle = around.iter().map(|&v| place(v)).sum::<Vec3>() / around.len() as f32;
-                filled.push((middle, around));
-            }
-        }
-        let mut kept = self.triangles.iter().map(|t| !gone.contains(&sets.find(t[0])));
-        let kept: Vec<bool> = kept.by_ref().collect();
-        let mut keep = kept.iter();
-        self.triangles.retain(|_| *keep.next().expect("one each"));
-        let mut keep = kept.iter();
-        was.retain(|_| *keep.next().expect("one each"));
-        for (middle, around) in filled {
-            let v = self.positions.len() as u32;
-            self.positions.push(middle.to_array());
-            for (i, &a) in around.iter().enumerate() {
-                self.triangles.push([around[(i + 1) % around.len()], a, v]);
-                was.push(None);
-            }
-        }
-        true
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::state::{March, State};
+use super::state::{MAX_ATTEMPTS, March, State};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Vertex, bounds};
@@ -17,17 +17,8 @@ use crate::sweep::region::Region;
 use crate::sweep::remesh::improve::Improvement;
 use crate::sweep::tracked::Tracked;
 
-/// Number of attempts of an exchange before the blocks that it would release stay exact. After three times as many, whole
-/// components of the mesh become exact; after nine times as many, everything does.
-const STAGE_ATTEMPTS: usize = 3;
-
-/// A refusal with more failing samples is not local: the blocks that it would release stay exact at once.
-const MAX_LOCAL_SAMPLES: usize = 64;
-
-/// Distance from a cluster's blocks within which an exchange may change faces, voxels; multiplied by the number of the attempt,
-/// at most [`MAX_WIDENINGS`].
+/// Distance from a cluster's blocks within which an exchange may change faces, voxels; multiplied by the number of the attempt.
 const FACE_REACH: f32 = 1.0;
-const MAX_WIDENINGS: usize = 4;
 
 impl March<'_, '_> {
     /// Changes the mesh to fit another region, or a larger one. Returns the vertices that are new or removed.
@@ -91,7 +82,7 @@ impl March<'_, '_> {
                 break;
             }
             let regions = [&state.region, &target];
-            let near = FACE_REACH * (1 + attempt).min(MAX_WIDENINGS) as f32;
+            let near = FACE_REACH * (1 + attempt) as f32;
             let clusters = clusters(&state.tracked, &state.places, regions, self.exact(), near);
             if clusters.is_empty() {
                 break;
@@ -201,7 +192,9 @@ impl March<'_, '_> {
         refused
     }
 
-    /// Makes more blocks of the target exact where exchanges were refused.
+    /// Makes more blocks of the target exact where exchanges were refused: around the samples that fail. After
+    /// [`MAX_ATTEMPTS`] the blocks of these clusters that would be released stay exact, too, or, where there are none, whole components
+    /// of the mesh become exact; and everything does if there is nothing else.
     fn widen(
         &mut self,
         target: &mut Region,
@@ -211,45 +204,25 @@ impl March<'_, '_> {
         passage: Passage,
         attempt: usize,
     ) {
-        let mut added: Vec<u32> = Vec::new();
-        let mut around: Vec<Vec<u32>> = Vec::new();
+        let before = target.blocks().clone();
         for (i, Refused { samples, .. }) in refused {
-            let blocks = &clusters[i].blocks;
-            let is_released = |b: &u32| region.holds(*b) && !target.holds(*b);
-            let is_stubborn = attempt >= STAGE_ATTEMPTS || samples.len() > MAX_LOCAL_SAMPLES;
-            if is_stubborn && blocks.iter().any(is_released) {
-                added.extend(blocks.iter().copied().filter(is_released));
-            } else if attempt >= 3 * STAGE_ATTEMPTS {
-                let whole = components(tracked, &clusters[i].faces);
-                added.extend(self.blocks_of(tracked, &whole));
-            } else if !samples.is_empty() {
-                around.push(samples);
-            } else if attempt > MAX_WIDENINGS {
-                // A refusal without failing samples widens the cluster, up to MAX_WIDENINGS.
-                around.push(blocks.iter().flat_map(|&b| self.grid.samples_around(b)).collect());
+            let Cluster { blocks, faces } = &clusters[i];
+            // None if the exchange needs more of the mesh, which the next attempt has.
+            self.add_ring(target, self.blocks_at_samples(samples));
+            if attempt < MAX_ATTEMPTS {
+                continue;
+            }
+            let is_released = |b: &u32| region.holds(*b) && !before.contains(b);
+            let mut kept: BTreeSet<u32> = blocks.iter().copied().filter(is_released).collect();
+            if kept.is_empty() {
+                kept = self.blocks_of(tracked, &components(tracked, faces));
+            }
+            for b in kept {
+                target.add(b);
             }
         }
-        added.retain(|&b| target.add(b));
-        self.calendar.grow_around(target, passage, &added);
-        if !around.is_empty() || attempt >= 9 * STAGE_ATTEMPTS {
-            self.grow(target, &around, passage, attempt);
-        }
-    }
-
-    /// Makes more blocks exact around samples at which exchanges were refused, or everything.
-    fn grow(
-        &mut self,
-        target: &mut Region,
-        refused: &[Vec<u32>],
-        passage: Passage,
-        attempt: usize,
-    ) {
-        let before = target.blocks().clone();
-        for samples in refused {
-            self.add_ring(target, self.blocks_at_samples(samples.iter().copied()));
-        }
         let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
-        if added.is_empty() || attempt >= 9 * STAGE_ATTEMPTS {
+        if added.is_empty() && attempt >= MAX_ATTEMPTS {
             log::debug!("given up");
             self.counts.given_up += 1;
             *target = Region::all_exact(self.grid, self.calendar.blocks(self.grid, passage));
@@ -265,12 +238,8 @@ impl March<'_, '_> {
         new: &BTreeSet<Vertex>,
         kernels: &mut dyn Kernels,
     ) -> Result<Vec<Vertex>> {
-        let improvement = Improvement {
-            field: self.field(),
-            region: &state.region,
-            parameters: self.parameters(),
-            isovalue: state.at,
-        };
+        let improvement =
+            Improvement { field: self.field(), parameters: self.parameters(), isovalue: state.at };
         let begins = |v: &Vertex| self.record.begins(*v, state.at);
         let new: &BTreeSet<Vertex> = &new.iter().copied().filter(begins).collect();
         let made = improvement.improved(&state.tracked, new, kernels)?;

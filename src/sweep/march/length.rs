@@ -16,10 +16,6 @@ const STEP_LENGTH: f32 = 0.25;
 const CALM_SHARE: f64 = 0.02;
 pub(super) const CALM_FACTOR: f64 = 2.0;
 
-/// For integer samples, how much a step may be longer than the one before, after one that was too long. Without it every second
-/// step would be tried too long.
-pub(super) const REGROWTH_FACTOR: f64 = 1.2;
-
 /// A step is shortened if its critical points are near more than this share of the blocks with tracked mesh, and less than this
 /// share of these blocks are critical in its first half.
 const MAJOR_SHARE: f64 = 0.25;

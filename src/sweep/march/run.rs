@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::length::{CALM_FACTOR, REGROWTH_FACTOR};
+use super::length::CALM_FACTOR;
 use super::state::{March, State, WorkDone, sorted};
 use super::stretches::{Stretch, stretches};
 use crate::error::Result;
@@ -98,7 +98,7 @@ impl March<'_, '_> {
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
         let state = &mut state;
-        let (mut usual, mut most) = (length, f64::INFINITY);
+        let mut usual = length;
         while state.at != last {
             self.sweep.cancelled()?;
             let step = Step { at: state.at, next: self.next(state.at, last, length) };
@@ -107,12 +107,8 @@ impl March<'_, '_> {
                 && !Self::is_shortest(step);
             if !self.take_step(state, step, is_long, kernels)? {
                 length = 0.5 * (step.next - step.at).abs();
-                if self.level() > 0.0 {
-                    most = length;
-                }
                 continue;
             }
-            most *= REGROWTH_FACTOR;
             self.done.add(self.calendar.work(self.sweep.range, [step.at, step.next]));
             if let Some(fixed) = self.fixed() {
                 (usual, length) = (fixed, fixed);
@@ -124,7 +120,7 @@ impl March<'_, '_> {
             if let Some(slope) = slope {
                 usual = self.length_for(slope);
                 let times = if self.is_calm(state, &state.region) { CALM_FACTOR } else { 1.0 };
-                length = (times * usual).clamp(0.5 * length, 1.6 * length).min(most);
+                length = (times * usual).clamp(0.5 * length, 1.6 * length);
             }
         }
         log::debug!("march to {last} ends");

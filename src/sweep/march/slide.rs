@@ -4,60 +4,19 @@ use std::collections::BTreeSet;
 
 use glam::Vec3;
 
+use super::ends::Ends;
 use super::state::{March, State};
+use crate::field::project_point;
 use crate::mesh::{Face, HalfEdgeMesh, Vertex, area};
 use crate::sweep::calendar::Passage;
 use crate::sweep::cause::Cause;
 use crate::sweep::check::{mismatched_parts, open_seam};
 use crate::sweep::region::{LatticeEdge, Link};
 use crate::sweep::remesh::criteria::Criteria;
-use crate::sweep::repair::{Shape, repair};
-use crate::sweep::tracked::{Changes, Tracked, place_of, place_on};
+use crate::sweep::tracked::{Changes, Stuck, Tracked, place_of, place_on};
 use crate::sweep::transport::{
     MAX_DEVIATION_FACTOR, MIN_FACE_AREA, Moved, Step, distance_by_slope, fault,
 };
-use crate::topology::exact::ExactField;
-
-/// By vertex slot: the position and normal of a free vertex at the end of a step.
-struct Ends(Vec<Option<[Vec3; 2]>>);
-
-impl Ends {
-    fn of(mesh: &HalfEdgeMesh, moved: &Moved) -> Ends {
-        let mut ends = Ends(vec![None; mesh.vertex_slots()]);
-        for (v, end, normal) in moved.all() {
-            ends.set(v, [end, normal].map(Vec3::from));
-        }
-        ends
-    }
-
-    fn get(&self, v: Vertex) -> Option<Vec3> {
-        Some(self.0.get(v.0 as usize)?.as_ref()?[0])
-    }
-
-    /// The position of a free vertex after a share of the step.
-    fn on_the_way(&self, mesh: &HalfEdgeMesh, v: Vertex, share: f32) -> Vec3 {
-        let p = mesh.position(v);
-        self.get(v).map_or(p, |end| p.lerp(end, share))
-    }
-
-    /// The position of a vertex at an isovalue of a step; a bound vertex is where the exact extraction has it.
-    fn place(&self, exact: &ExactField, tracked: &Tracked, v: Vertex, step: Step, c: f64) -> Vec3 {
-        let share = ((c - step.at) / (step.next - step.at)) as f32;
-        let free = || self.on_the_way(&tracked.mesh, v, share);
-        tracked.key(v).map_or_else(free, |e| place_on(exact, e, c))
-    }
-
-    fn set(&mut self, v: Vertex, end: [Vec3; 2]) {
-        let slot = v.0 as usize;
-        self.0.resize(self.0.len().max(slot + 1), None);
-        self.0[slot] = Some(end);
-    }
-
-    fn all(&self) -> impl Iterator<Item = (Vertex, [Vec3; 2])> {
-        let slots = (0..).map(Vertex).zip(&self.0);
-        slots.filter_map(|(v, end)| Some((v, (*end)?)))
-    }
-}
 
 impl March<'_, '_> {
     /// Blocks in which the mesh is not watertight with the exact cells, or its topology is not that of the isosurface.
@@ -123,39 +82,96 @@ impl March<'_, '_> {
         step: Step,
         [isovalue, next]: [f64; 2],
     ) -> Vec<(Vertex, f64, Vec3)> {
-        let (exact, error) = (self.exact(), self.parameters().error as f32);
-        let place = |tracked: &Tracked, v: Vertex, c: f64| ends.place(exact, tracked, v, step, c);
         let middle = 0.5 * (isovalue + next);
-        let places = [middle, step.next].map(|c| move |t: &Tracked, v: Vertex| place(t, v, c));
-        let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
-        let shapes = [
-            Shape {
-                criteria: criteria(middle),
-                max_deviation: MAX_DEVIATION_FACTOR * error,
-                place: &places[0],
-            },
-            Shape {
-                criteria: criteria(step.next),
-                max_deviation: 2.0 * MAX_DEVIATION_FACTOR * error,
-                place: &places[1],
-            },
-        ];
-        let State { tracked, region, .. } = state;
+        let exact = self.exact();
+        let place = |tracked: &Tracked, v, c| ends.place(exact, tracked, v, step, c);
+        let criteria = Criteria::new(self.field(), middle, self.parameters());
+        let State { tracked, .. } = &*state;
         let mesh = &tracked.mesh;
         let alive = faces.iter().copied().filter(|&f| mesh.has_face(f) && !mesh.is_cap(f));
         let is_turned = |f: &Face| {
-            let corners = mesh.face_vertices(*f).map(|v| places[0](tracked, v));
-            fault(&shapes[0].criteria, corners, f32::INFINITY).is_some()
+            let corners = mesh.face_vertices(*f).map(|v| place(tracked, v, middle));
+            fault(&criteria, corners, f32::INFINITY).is_some()
         };
         let turned: Vec<Face> = alive.filter(is_turned).collect();
         if turned.is_empty() {
             return Vec::new();
         }
-        let repaired = repair(tracked, region, &shapes, &turned);
+        let repaired = self.repair_in_step(state, &turned, ends, step, [middle, step.next]);
+        let State { tracked, .. } = state;
         let changed = repaired.faces.iter().copied();
         self.record.changed(tracked, changed, isovalue, |_| Cause::Repair);
         faces.extend(repaired.faces);
         repaired.gone.into_iter().map(|v| (v, isovalue, place(tracked, v, isovalue))).collect()
+    }
+
+    /// Moves the seam across a sample at its value. Adds the changed faces to `faces`, and the ends of new vertices to `ends`.
+    fn cross(
+        &mut self,
+        state: &mut State,
+        (sample, value): (u32, f64),
+        step: Step,
+        ends: &mut Ends,
+        faces: &mut BTreeSet<Face>,
+    ) -> std::result::Result<(), Stuck> {
+        let share = ((value - step.at) / (step.next - step.at)) as f32;
+        let at = |mesh: &HalfEdgeMesh, v: Vertex| ends.on_the_way(mesh, v, share);
+        let State { tracked, region, .. } = state;
+        let mut changes = Changes::default();
+        tracked.cross_sample(region, sample, place_of(self.exact(), sample), &at, &mut changes)?;
+        self.counts.passed += 1;
+        faces.extend(&changes.faces);
+        self.record.changed(tracked, changes.faces, value, |_| Cause::Seam);
+        for (v, between) in changes.born {
+            let [p, q] = between.map(|v| ends.get(v).unwrap_or_else(|| tracked.mesh.position(v)));
+            let (middle, reach) = (0.5 * (p + q), 0.5 * p.distance(q) + 0.1);
+            let isovalue = self.field().isovalue(step.next);
+            let normal = tracked.mesh.vertex_normal(v);
+            let end = project_point(self.field(), middle, normal, isovalue, reach);
+            let end = end.unwrap_or(middle);
+            // `on_the_way` interpolates between the position at the start of the step and the end. The vertex exists only
+            // since the sample's value, so its start is extrapolated from its present position.
+            if share < 1.0 {
+                let now = tracked.mesh.position(v);
+                tracked.mesh.set_position(v, (now - share * end) / (1.0 - share));
+            }
+            ends.set(v, [end, Vec3::ZERO]);
+        }
+        Ok(())
+    }
+
+    /// Moves the seam across all samples of the passage, value by value. Adds the blocks of faces off the isosurface to `failed`. Returns
+    /// the vertices removed by repairs, each with the isovalue and its last position.
+    fn cross_all(
+        &mut self,
+        state: &mut State,
+        step: Step,
+        passage: Passage,
+        ends: &mut Ends,
+        failed: &mut BTreeSet<u32>,
+    ) -> std::result::Result<Vec<(Vertex, f64, Vec3)>, Stuck> {
+        let (low, high) = (step.at.min(step.next), step.at.max(step.next));
+        // Where exact cells change, too.
+        let value = |sample: u32| self.exact().vertex_value(sample).clamp(low, high);
+        let on_seam = |s: &u32| matches!(state.region.link(*s), Link::Cycle(..));
+        let samples = self.calendar.samples(passage).iter().copied().filter(on_seam);
+        let mut samples: Vec<(u32, f64)> = samples.map(|s| (s, value(s))).collect();
+        if step.next < step.at {
+            samples.reverse();
+        }
+        let mut left = Vec::new();
+        let mut by_value = samples.chunk_by(|a, b| a.1 == b.1).peekable();
+        while let Some(of_value) = by_value.next() {
+            let mut faces: BTreeSet<Face> = BTreeSet::new();
+            for &sample in of_value {
+                self.cross(state, sample, step, ends, &mut faces)?;
+            }
+            let at = of_value[0].1;
+            let next = by_value.peek().map_or(step.next, |of_next| of_next[0].1);
+            left.extend(self.repair_crossed(state, &mut faces, ends, step, [at, next]));
+            failed.extend(self.blocks_off_surface(state, &faces, ends, step, at));
+        }
+        Ok(left)
     }
 
     /// Moves the seam across all samples of the passage, and every vertex to the end of the step.
@@ -174,89 +190,29 @@ impl March<'_, '_> {
         mut failed: BTreeSet<u32>,
         may_retry: bool,
     ) -> std::result::Result<(), BTreeSet<u32>> {
-        let exact = self.exact();
         let before = state.tracked.clone();
         let mark = self.record.mark();
         let mut ends = Ends::of(&before.mesh, moved);
-        let mut samples: Vec<u32> = self.calendar.samples(passage).to_vec();
-        if step.next < step.at {
-            samples.reverse();
+        let crossed = self.cross_all(state, step, passage, &mut ends, &mut failed);
+        if let Err(Stuck(sample)) = crossed {
+            failed.extend(self.blocks_at_samples([sample]));
+        } else if failed.is_empty() || !may_retry {
+            failed = self.topology_mismatches(state, step.next);
         }
-        let criteria = Criteria::new(self.field(), step.next, self.parameters());
-        let mut crossed_faces: BTreeSet<Face> = BTreeSet::new();
-        // Vertices removed before the end, each with the isovalue and its last position.
-        let mut left: Vec<(Vertex, f64, Vec3)> = Vec::new();
-        let mut last = step.at;
-        for sample in samples {
-            if !matches!(state.region.link(sample), Link::Cycle(..)) {
-                continue;
-            }
-            // Where exact cells change, too.
-            let value =
-                exact.vertex_value(sample).clamp(step.at.min(step.next), step.at.max(step.next));
-            if value != last {
-                left.extend(self.repair_crossed(
-                    state,
-                    &mut crossed_faces,
-                    &ends,
-                    step,
-                    [last, value],
-                ));
-                failed.extend(self.blocks_off_surface(state, &crossed_faces, &ends, step, last));
-                crossed_faces.clear();
-                last = value;
-            }
-            let share = ((value - step.at) / (step.next - step.at)) as f32;
-            let at = |mesh: &HalfEdgeMesh, v: Vertex| ends.on_the_way(mesh, v, share);
-            let mut changes = Changes::default();
-            let place = place_of(exact, sample);
-            let passed =
-                state.tracked.cross_sample(&state.region, sample, place, &at, &mut changes);
-            if let Err(stuck) = passed {
+        let left = match crossed {
+            Ok(left) if failed.is_empty() => left,
+            _ => {
                 state.tracked = before;
                 self.record.roll_back(mark);
-                failed.extend(self.blocks_at_samples([stuck.0]));
                 return Err(failed);
             }
-            self.counts.passed += 1;
-            crossed_faces.extend(&changes.faces);
-            let faces = changes.faces.iter().copied();
-            self.record.changed(&state.tracked, faces, value, |_| Cause::Seam);
-            for (v, between) in changes.born {
-                let [p, q] =
-                    between.map(|v| ends.get(v).unwrap_or_else(|| state.tracked.mesh.position(v)));
-                let n = state.tracked.mesh.vertex_normal(v);
-                let middle = 0.5 * (p + q);
-                let reach = 0.5 * p.distance(q) + 0.1;
-                let end =
-                    crate::field::project_point(self.field(), middle, n, criteria.isovalue, reach);
-                // `on_the_way` interpolates between the position at the start of the step and the end. The vertex exists only
-                // since the sample's value, so its start is extrapolated from its present position.
-                let now = state.tracked.mesh.position(v);
-                let end = end.unwrap_or(middle);
-                if share < 1.0 {
-                    state.tracked.mesh.set_position(v, (now - share * end) / (1.0 - share));
-                }
-                ends.set(v, [end, Vec3::ZERO]);
-            }
-        }
-        left.extend(self.repair_crossed(state, &mut crossed_faces, &ends, step, [last, step.next]));
-        failed.extend(self.blocks_off_surface(state, &crossed_faces, &ends, step, last));
-        let bad = match may_retry {
-            true if !failed.is_empty() => failed,
-            _ => self.topology_mismatches(state, step.next),
         };
-        if !bad.is_empty() {
-            state.tracked = before;
-            self.record.roll_back(mark);
-            return Err(bad);
-        }
         for (v, isovalue, position) in left {
             self.record.knot(v, isovalue, position, Vec3::ZERO);
         }
         let bound: Vec<(Vertex, LatticeEdge)> = state.tracked.bound().collect();
         for (v, e) in bound {
-            state.tracked.mesh.set_position(v, place_on(exact, e, step.next));
+            state.tracked.mesh.set_position(v, place_on(self.exact(), e, step.next));
         }
         for (v, [end, normal]) in ends.all() {
             if state.tracked.mesh.has_vertex(v) && state.tracked.key(v).is_none() {

@@ -24,6 +24,10 @@ use crate::topology::exact::ExactField;
 /// Number of steps for which a block stays exact after a critical point.
 pub(super) const MIN_EXACT_STEPS: u32 = 1;
 
+/// Attempts of a step, and of an exchange, in which every failure makes the cells around it exact. After these only failures of seam
+/// and topology count, and what an exchange cannot change is made exact as a whole.
+pub(super) const MAX_ATTEMPTS: usize = 6;
+
 /// Longest back-off of a block whose tracking failed, steps.
 pub(super) const MAX_BACK_OFF: u32 = 32;
 

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::state::{MAX_BACK_OFF, MIN_EXACT_STEPS, March, State};
+use super::ends::Ends;
+use super::state::{MAX_ATTEMPTS, MAX_BACK_OFF, MIN_EXACT_STEPS, March, State};
 use crate::error::Result;
 use crate::extract::count::count_parts;
 use crate::kernels::Kernels;
@@ -14,13 +15,9 @@ use crate::sweep::calendar::Passage;
 use crate::sweep::cause::{Cause, FirstCauses};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::remesh::remesh;
-use crate::sweep::repair::{Shape, repair, repair_faults};
-use crate::sweep::tracked::{Tracked, place_on};
+use crate::sweep::repair::{Shape, repair};
+use crate::sweep::tracked::Tracked;
 use crate::sweep::transport::{MAX_DEVIATION_FACTOR, Moved, Retry, Step, Transport, faults};
-
-/// Number of attempts of a step in which every failure makes more blocks exact. In as many further attempts failures count
-/// while the set of exact blocks grows; after that only failures of seam and topology do.
-const MAX_ROUNDS: usize = 6;
 
 impl March<'_, '_> {
     /// Takes one step. Returns false if the step is too long.
@@ -59,43 +56,35 @@ impl March<'_, '_> {
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
         let mut retry: Option<Retry> = None;
-        let (mut is_repaired, mut round, mut n_exact) = (false, 0, 0);
+        let mut attempt = 0;
         loop {
-            self.counts.repeated += u64::from(retry.is_some());
-            let moved = self.moved(state, step, retry.as_ref(), kernels)?;
-            if retry.is_none() && self.is_too_long(state, step, &moved) {
+            let mut moved = self.moved(state, step, retry.as_ref(), kernels)?;
+            if attempt == 0 && self.is_too_long(state, step, &moved) {
                 return Ok(false);
             }
-            // Folded faces are repaired before their cells become exact, and once more after each exchange, as cuts leave
-            // slivers.
-            if !is_repaired {
-                is_repaired = true;
-                if let Some(near) = self.repair_folded(state, step, &moved) {
-                    retry = Some(self.retry(moved, BTreeSet::new(), near));
-                    continue;
-                }
+            // Folded faces are repaired before their cells become exact: at first, and after each exchange, as cuts leave slivers.
+            if let Some(near) = self.repair_folded(state, step, &moved) {
+                self.counts.repeated += 1;
+                let again = self.retry(moved, BTreeSet::new(), near);
+                moved = self.moved(state, step, Some(&again), kernels)?;
             }
-            let mut failed = BTreeSet::new();
-            if round < MAX_ROUNDS {
-                failed = self.blocks_at(&moved.places);
-            }
-            // Retry only while the set of exact blocks grows.
-            let n_before = std::mem::replace(&mut n_exact, state.region.blocks().len());
-            let may_retry = round < MAX_ROUNDS || round < 2 * MAX_ROUNDS && n_exact != n_before;
-            let failed = match self.slide(state, step, passage, &moved, failed, may_retry) {
+            let counts = attempt < MAX_ATTEMPTS;
+            let failed = if counts { self.blocks_at(&moved.places) } else { BTreeSet::new() };
+            let failed = match self.slide(state, step, passage, &moved, failed, counts) {
                 Ok(()) => return Ok(true),
                 Err(failed) => failed,
             };
             log::debug!(
-                "{} to {}: {:?} failed, {} faces, {} exact blocks",
+                "{} to {}: {} places failed, {} faces, {} exact blocks",
                 step.at,
                 step.next,
-                moved.n_failures,
+                moved.places.len(),
                 state.tracked.mesh.n_faces(),
                 state.region.blocks().len()
             );
+            self.counts.repeated += 1;
             retry = Some(self.make_exact(state, failed, passage, moved, kernels)?);
-            (is_repaired, round) = (false, round + 1);
+            attempt += 1;
         }
     }
 
@@ -103,7 +92,7 @@ impl March<'_, '_> {
     fn finish_step(&mut self, state: &mut State, isovalue: f64) {
         state.at = isovalue;
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        let (causes, faults) = self.repair_and_remesh(state, &criteria);
+        let (causes, faults) = self.remesh_and_repair(state, criteria);
         let mut changed: Vec<Face> = causes.changed().collect();
         changed.sort_unstable();
         changed.dedup();
@@ -184,28 +173,11 @@ impl March<'_, '_> {
         step: Step,
         moved: &Moved,
     ) -> Option<BTreeSet<u32>> {
-        let (exact, error) = (self.exact(), self.parameters().error as f32);
-        let start = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-        let end = |tracked: &Tracked, v: Vertex| {
-            let free = || moved.end(v).map_or(tracked.mesh.position(v), Vec3::from);
-            tracked.key(v).map_or_else(free, |e| place_on(exact, e, step.next))
-        };
-        let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
-        let shapes = [
-            Shape {
-                criteria: criteria(step.at),
-                max_deviation: MAX_DEVIATION_FACTOR * error,
-                place: &start,
-            },
-            Shape {
-                criteria: criteria(step.next),
-                max_deviation: 2.0 * MAX_DEVIATION_FACTOR * error,
-                place: &end,
-            },
-        ];
         let corners = moved.folded.iter().flat_map(|f| state.tracked.mesh.corners(*f));
         let places: Vec<Vec3> = corners.collect();
-        let repaired = repair(&mut state.tracked, &state.region, &shapes, &moved.folded);
+        let ends = Ends::of(&state.tracked.mesh, moved);
+        let during = [step.at, step.next];
+        let repaired = self.repair_in_step(state, &moved.folded, &ends, step, during);
         log::debug!("{} edits for {} folded faces", repaired.corners.len(), moved.folded.len());
         if repaired.corners.is_empty() {
             return None;
@@ -216,33 +188,24 @@ impl March<'_, '_> {
         Some(self.blocks_at(&places))
     }
 
-    /// Remeshes at the end of a step; repairs failing faces before, as remeshing does not, and after. Returns the causes of the
-    /// changes, and the faces that still fail. After the first check only faces that have changed are checked again, and those that
-    /// failed.
-    fn repair_and_remesh(
+    /// Remeshes at the end of a step, and repairs failing faces. Returns the causes of the changes, and the faces that still fail.
+    fn remesh_and_repair(
         &self,
         State { tracked, region, .. }: &mut State,
-        criteria: &Criteria,
+        criteria: Criteria,
     ) -> (FirstCauses, Vec<Face>) {
         let mut causes = FirstCauses::new(&mut tracked.mesh);
-        let check = |tracked: &Tracked, mut suspects: Vec<Face>| {
-            suspects.par_sort_unstable();
-            suspects.dedup();
-            faults(tracked, criteria, self.parameters(), suspects)
-        };
-        let mend = |tracked: &mut Tracked, causes: &mut FirstCauses, bad: &[Face]| {
-            repair_faults(tracked, region, criteria, self.parameters(), bad);
-            causes.attribute(&mut tracked.mesh, Cause::Repair)
-        };
-        let mut bad = check(tracked, tracked.mesh.par_faces().collect());
-        mend(tracked, &mut causes, &bad);
-        remesh(&mut tracked.mesh, criteria, &mut causes);
-        bad.extend(causes.changed());
-        bad = check(tracked, bad);
-        let edited = mend(tracked, &mut causes, &bad);
-        bad.extend(edited);
-        let left = check(tracked, bad);
-        (causes, left)
+        remesh(&mut tracked.mesh, &criteria, &mut causes);
+        let max_deviation = MAX_DEVIATION_FACTOR * self.parameters().error as f32;
+        let bad = faults(tracked, &criteria, max_deviation, tracked.mesh.par_faces().collect());
+        let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
+        let shape = Shape { criteria, max_deviation, place: &place };
+        repair(tracked, region, &[shape], &bad);
+        let edited = causes.attribute(&mut tracked.mesh, Cause::Repair);
+        let mut suspects = [bad, edited].concat();
+        suspects.sort_unstable();
+        suspects.dedup();
+        (causes, faults(tracked, &criteria, max_deviation, suspects))
     }
 
     /// Starts the back-off of a block whose tracking failed: it stays exact for some steps, twice as many if it fails again soon.

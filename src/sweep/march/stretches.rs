@@ -22,14 +22,11 @@ const MAX_MEETING_SHARE: f64 = 0.05;
 /// Fewest triangles of a stretch: with fewer, a sweep takes a few seconds.
 const MIN_TRIANGLES: f64 = 300_000.0;
 
-/// Distance that the isosurface moves in a stretch at least, voxels, on average. Over a shorter distance many triangles live from one
-/// end to the other, so a meeting costs more than the forecast expects. `bonsai` 60:80 moves by half a voxel; three starts make it half
-/// as large again.
-const MIN_MOTION: f64 = 8.0;
-
-/// Distance that an isosurface moves for each sample that it passes and each lattice edge that it crosses: a square voxel of it crosses
-/// 1.5 edges on average over all directions.
-const EDGES_PER_SQUARE: f64 = 1.5;
+/// Samples that the isosurface passes in a stretch at least, for each lattice edge that it crosses on average. It crosses 1.5 edges per
+/// square voxel, on average over all directions, so it moves by 8 voxels. Over a shorter distance many triangles live from one end to
+/// the other, and a meeting costs more than the forecast expects. `bonsai` 60:80 moves by half a voxel; three starts make it half as
+/// large again.
+const MIN_PASSED_PER_CROSSING: f64 = 8.0 / 1.5;
 
 /// Fewest lattice edges that the isosurface crosses at a start, as a share of their mean over the range. From a smaller isosurface there is
 /// little to march, and none of it is tracked before it has grown.
@@ -80,8 +77,8 @@ fn affordable(sweep: &Sweep, calendar: &Calendar) -> Vec<Stretch> {
     let is_smooth = n_arcs <= MAX_ARCS_PER_CROSSING * forecast.crossings;
     let passage = Passage::between(&sweep.exact, sweep.range.0, sweep.range.1);
     let n_passed = calendar.samples(passage).len() as f64;
-    let motion = EDGES_PER_SQUARE * n_passed / forecast.crossings;
-    let most = (forecast.triangles / MIN_TRIANGLES).min(motion / MIN_MOTION);
+    let passed = n_passed / forecast.crossings;
+    let most = (forecast.triangles / MIN_TRIANGLES).min(passed / MIN_PASSED_PER_CROSSING);
     let most = most.min(MAX_STRETCHES as f64) as usize;
     let most = if is_smooth { most } else { 1 };
     let crossings = Crossings::at_candidates(sweep, calendar, 1..=most.max(1));

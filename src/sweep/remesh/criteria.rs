@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use crate::field::Field;
 use crate::field::face_deviation;
 use crate::field::project_point;
-use crate::field::ray::{Slab, Walk, walk};
 use crate::mesh::{Face, HalfEdgeMesh, Vertex, normal, radius_ratio};
 use crate::sweep::parameters::Parameters;
 
@@ -16,18 +15,6 @@ const SAMPLE_SHARE: f32 = 0.72;
 
 /// Shortest edge that refinement aims at, voxels.
 const MIN_EDGE: f32 = 0.35;
-
-/// Distance from the vertex at which the search for another sheet starts, voxels.
-const GAP_START: f32 = 0.02;
-
-/// Distance within which another sheet limits the edge length, voxels.
-const GAP_REACH: f32 = 1.0;
-
-/// Longest edge, as a multiple of the distance to another sheet: flat triangles on both sheets must not intersect.
-const EDGES_PER_GAP: f32 = 1.5;
-
-/// Shortest edge that another sheet can require, voxels.
-const MIN_GAP_EDGE: f32 = 0.1;
 
 /// Cosine of the largest angle by which an edit may turn a face.
 const MIN_TURN_COSINE: f32 = 0.4;
@@ -97,27 +84,6 @@ impl<'a> Criteria<'a> {
         project_point(self.field, middle, along, self.isovalue, reach).unwrap_or(middle)
     }
 
-    /// Distance of a vertex, along its normal, from the nearest other sheet of the isosurface;
-    /// infinite where there is none within [`GAP_REACH`].
-    fn gap(&self, mesh: &HalfEdgeMesh, v: Vertex) -> f32 {
-        let n = mesh.vertex_normal(v);
-        let mut gap = f32::INFINITY;
-        for direction in [n, -n] {
-            let from = mesh.position(v) + GAP_START * direction;
-            let below = self.field.value(from) < self.isovalue;
-            // Along the normal the field falls; where it does not, the vertex is at a crease.
-            if direction == Vec3::ZERO || below != (direction == n) {
-                continue;
-            }
-            let sign = if below { 1.0 } else { -1.0 };
-            let slab = Slab { isovalue: self.isovalue, sign, lowest: f32::MIN };
-            if let Walk::Reached(t) = walk(self.field, from, direction, slab, GAP_REACH) {
-                gap = gap.min(GAP_START + t);
-            }
-        }
-        gap
-    }
-
     /// Deviation of every face by slot; zero where the slot is empty, all of the face is pinned, or it
     /// is a cap, which nothing has to follow.
     pub(crate) fn deviations(&self, mesh: &HalfEdgeMesh) -> Vec<f32> {
@@ -176,17 +142,9 @@ pub(crate) fn sizing(
             (_, 0) => max_edge,
             (sum, n) => (n as f32 / sum).sqrt().clamp(min_edge, max_edge),
         };
-        if !mesh.has_vertex(v) {
-            return wanted;
-        }
-        if mesh.is_fixed(v) {
-            // The hull of the exact cells has corners at every cell; longer triangles would extend across them.
-            return wanted.min(MAX_SEAM_EDGE);
-        }
-        if mesh.is_pinned(v) {
-            return wanted;
-        }
-        wanted.min((EDGES_PER_GAP * criteria.gap(mesh, v)).max(MIN_GAP_EDGE))
+        // The hull of the exact cells has corners at every cell; longer triangles would extend across them.
+        let is_at_seam = mesh.has_vertex(v) && mesh.is_fixed(v);
+        if is_at_seam { wanted.min(MAX_SEAM_EDGE) } else { wanted }
     };
     let mut length: Vec<f32> = vertices.clone().map(wanted).collect();
     // Lengths grow by at most half a length per length, so that triangles stay well shaped.

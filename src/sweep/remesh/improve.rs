@@ -3,7 +3,7 @@
 //! # Theory
 //!
 //! The exact extraction's triangles are small and thin. They are remeshed like the tracked mesh; vertices tracked before
-//! do not move. Faces that are turned over or off after that are repaired; where that fails, cells become exact in the next step.
+//! do not move. Where faces are turned over or off after that, cells become exact in the next step.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,16 +22,10 @@ use crate::mesh::{Compacted, Connectivity, Face, HalfEdgeMesh, Vertex};
 use crate::sweep::exchanged::Exchanged;
 use crate::sweep::parameters::Parameters;
 use crate::sweep::part::MeshPart;
-use crate::sweep::region::Region;
-use crate::sweep::repair::repair_faults;
 use crate::sweep::tracked::Tracked;
-use crate::sweep::transport::faults;
 
 /// Rounds of split, collapse, flip and relaxation.
 const ROUNDS: usize = 3;
-
-/// Iterations of relaxation in each.
-const RELAXATIONS: u32 = 4;
 
 /// Largest deviation after a collapse, as a share of the tolerance, so that refinement does not undo it.
 const COLLAPSE_SHARE: f32 = 0.5;
@@ -39,7 +33,6 @@ const COLLAPSE_SHARE: f32 = 0.5;
 /// The parameters of the remeshing.
 pub(in crate::sweep) struct Improvement<'a> {
     pub(in crate::sweep) field: &'a Field,
-    pub(in crate::sweep) region: &'a Region,
     pub(in crate::sweep) parameters: &'a Parameters,
     pub(in crate::sweep) isovalue: f64,
 }
@@ -82,9 +75,6 @@ impl Improvement<'_> {
             refine(mesh, &criteria, &deviations);
             let edges = mesh.edges().collect();
             flip_edges(mesh, &criteria, edges, 2, Flips::ALL);
-            let faces = mesh.faces().collect();
-            let bad = faults(&fresh.made, &criteria, self.parameters, faces);
-            repair_faults(&mut fresh.made, self.region, &criteria, self.parameters, &bad);
             fresh.pin(false);
         });
         Ok(())
@@ -115,7 +105,7 @@ impl Improvement<'_> {
                 isovalue: self.isovalue,
                 strength: self.parameters.relax_strength as f32,
                 threshold: self.parameters.relax_force as f32,
-                max_iterations: RELAXATIONS,
+                max_iterations: self.parameters.relax_iterations,
             },
         })?;
         let mut positions = advanced.positions.into_iter();

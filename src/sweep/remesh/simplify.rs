@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::criteria::Criteria;
-use crate::mesh::{Edge, HalfEdge, HalfEdgeMesh, Vertex, radius_ratio};
+use crate::mesh::{Edge, HalfEdge, HalfEdgeMesh, radius_ratio};
 
 /// Which collapses are made.
 #[derive(Clone, Copy)]
@@ -16,13 +16,13 @@ pub(crate) struct Bounds {
 }
 
 /// Collapses short edges, and the shortest edges of triangles that are too small or too thin, as far
-/// as the criteria allow. Returns pairs of removed vertex and remaining vertex.
+/// as the criteria allow.
 pub(crate) fn simplify(
     mesh: &mut HalfEdgeMesh,
     criteria: &Criteria,
     length: &[f32],
     bounds: Bounds,
-) -> Vec<(Vertex, Vertex)> {
+) {
     let candidate = |e: Edge| {
         let h = e.halfedge();
         if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
@@ -37,7 +37,6 @@ pub(crate) fn simplify(
     };
     let mut candidates: Vec<(f32, HalfEdge)> = mesh.par_edges().filter_map(candidate).collect();
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut collapsed = Vec::new();
     for (_, h) in candidates {
         if !mesh.has_edge(h.edge()) {
             continue;
@@ -46,11 +45,9 @@ pub(crate) fn simplify(
             [h, h.twin()].map(|h| (h, collapse_quality(mesh, criteria, length, h, bounds)));
         let best = directions.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("two directions");
         if best.1 > 0.0 {
-            let c = mesh.collapse(best.0);
-            collapsed.push((c.removed, c.target));
+            mesh.collapse(best.0);
         }
     }
-    collapsed
 }
 
 /// Whether `h` is the shortest side of a face that should be removed.
