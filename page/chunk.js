@@ -241,8 +241,10 @@ function joined(chunks) {
     // By chunk, the number of its first vertex.
     const starts = new Map();
     let [nVertices, nKnots, corner] = [0, 0, 0];
+    all.shared = new Map();
     for (const chunk of chunks) {
         starts.set(chunk.number, nVertices);
+        for (const [v, key] of chunk.shared ?? []) all.shared.set(nVertices + v, key);
         for (const first of chunk.firstKnot.subarray(1)) all.firstKnot[++nVertices] = nKnots + first;
         nKnots += chunk.ranks.length;
         renumber(all.vertices.subarray(corner, corner += chunk.vertices?.length ?? 0), [...chunk.above, chunk], starts);
@@ -264,6 +266,63 @@ function renumber(vertices, path, starts) {
         while (vertices[i] >= parts[part][0]) part++;
         vertices[i] += parts[part][1];
     }
+}
+
+/** Section SEAM of a chunk. */
+function seamOf(bytes) {
+    return ["VERT", "TRIA", "POSN", "SEAM"].reduce((section, tag) => sectionIn(section.rest, tag), { rest: bytes });
+}
+
+/** The vertices of a chunk that other trees may contain, too, with their keys; the twin of src/file/seam.rs. */
+function sharedOf(content) {
+    const columns = new Columns(content);
+    const n = columns.count();
+    const [steps, keys] = [columns.column(n), columns.column64(n)];
+    let [v, key] = [-1, 0n];
+    return Array.from(steps, (step, i) => [v += step + 1, key = BigInt.asUintN(64, key + (keys[i] >> 1n ^ -(keys[i] & 1n)))]);
+}
+
+/**
+ * Joins what was read of several trees, each with its `table` of isovalues. Vertices with equal keys are one, which lives as long as it does in all of
+ * them. The twin of src/spectrum/joiner.rs.
+ */
+function joinedTrees(trees, isovalues) {
+    const sum = (name) => trees.reduce((n, tree) => n + tree[name].length, 0);
+    const all = { firstKnot: new Uint32Array(sum("isLattice") + 1) };
+    for (const name of ["ranks", "positions", "vertices", "births", "deaths", "caps"]) all[name] = new JOINED[name][0](sum(name));
+    const numberOf = new Map();
+    let [n, nKnots, t] = [0, 0, 0];
+    for (const { firstKnot, ranks, positions, vertices, births, deaths, caps, shared, table } of trees) {
+        let rank = 0;
+        const inWhole = Array.from(table, (c) => {
+            while (isovalues[rank] < c) rank++;
+            return rank;
+        });
+        const numbers = new Uint32Array(firstKnot.length - 1);
+        for (let v = 0; v < numbers.length; v++) {
+            const [from, end] = [firstKnot[v], firstKnot[v + 1]];
+            const key = shared.get(v);
+            const known = key === undefined ? undefined : numberOf.get(key);
+            if (known !== undefined) {
+                const knot = all.firstKnot[known];
+                all.ranks[knot] = Math.min(all.ranks[knot], inWhole[ranks[from]]);
+                all.ranks[knot + 1] = Math.max(all.ranks[knot + 1], inWhole[ranks[from + 1]]);
+            } else {
+                all.positions.set(positions.subarray(3 * from, 3 * end), 3 * nKnots);
+                for (let knot = from; knot < end; knot++) all.ranks[nKnots++] = inWhole[ranks[knot]];
+                if (key !== undefined) numberOf.set(key, n);
+                all.firstKnot[n + 1] = nKnots;
+            }
+            numbers[v] = known ?? n++;
+        }
+        all.caps.set(caps, t);
+        for (let i = 0; i < births.length; i++, t++) {
+            for (let k = 0; k < 3; k++) all.vertices[3 * t + k] = numbers[vertices[3 * i + k]];
+            all.births[t] = inWhole[births[i]];
+            all.deaths[t] = inWhole[deaths[i]];
+        }
+    }
+    return { ...all, firstKnot: all.firstKnot.slice(0, n + 1), ranks: all.ranks.slice(0, nKnots), positions: all.positions.slice(0, 3 * nKnots) };
 }
 
 /** The spectrum with its triangles sorted by birth, as drawing needs them. */

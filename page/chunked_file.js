@@ -14,6 +14,29 @@ function below(x) {
     return number[0];
 }
 
+/** The numbers of sorted lists, sorted, each once. */
+const unionOf = (lists) => (lists.length > 1 ? Float64Array.from(new Set(lists.flatMap((list) => [...list]))).sort() : lists[0]);
+
+/**
+ * The intervals of isovalues that need the same chunks, ascending: each with its `range` and the last chunks (`ends`) on the ways from the roots. The ends of a
+ * single tree reach to all isovalues.
+ */
+function intervalsOf(chunks, tables) {
+    const isSingle = tables.length === 1;
+    const ends = chunks.filter(({ pivot }) => pivot < 0).map((chunk) => {
+        const { tree, span: [start, end] } = chunk;
+        const table = tables[tree];
+        const from = isSingle && start === 0 ? -Infinity : table[start];
+        return { chunk, from, to: end < table.length ? table[end] : isSingle ? Infinity : table.at(-1) };
+    });
+    const cuts = unionOf([[-Infinity], ends.flatMap(({ from, to }) => [from, to]), [Infinity]]);
+    return [...cuts.subarray(1)].map((end, i) => {
+        const found = ends.filter(({ from, to }) => from <= cuts[i] && cuts[i] < to);
+        // Where no tree has triangles, any chunk serves.
+        return { range: [cuts[i], end === Infinity ? end : below(end)], ends: (found.length > 0 ? found : ends.slice(0, 1)).map(({ chunk }) => chunk) };
+    });
+}
+
 /** Waits until the messages so far are handled. */
 const otherTasks = () => new Promise((resolve) => setTimeout(resolve));
 
@@ -44,30 +67,27 @@ class ChunkedFile {
         const index = sectionIn(sectionIn(isovalueTable.rest, "COLL").rest, "INDX");
         if (this.crc32 !== undefined && index.crc !== this.crc32) throw new Error(OTHER_FILE);
         const info = JSON.parse(new TextDecoder().decode(await contentOf(sectionIn(head, "INFO"))));
-        const isovalueContent = await contentOf(isovalueTable);
-        const isovalues = isovaluesOf(isovalueContent);
-        // One of a volume in bricks has a table for each; after the count (8 bytes) comes the width of the numbers.
-        if (isovalueContent.length > 9 + isovalueContent[8] * isovalues.length) {
-            throw new Error("was computed in bricks; `isospectrum convert` writes a file that a page opens");
-        }
-        const chunks = chunksOf(await contentOf(index), isovalues.length);
+        const columns = new Columns(await contentOf(isovalueTable));
+        // By tree.
+        const tables = [];
+        while (columns.at < columns.bytes.length) tables.push(isovaluesOf(columns));
+        const chunks = chunksOf(await contentOf(index), tables.map(({ length }) => length));
         const quantum = quantumOf(info.tolerance);
-        return { info, isovalues, chunks, ends: chunks.filter(({ pivot }) => pivot < 0), quantum, samples: new Samples(info.volume, 1 / quantum) };
+        return {
+            info, isovalues: unionOf(tables), tables, chunks, intervals: intervalsOf(chunks, tables), quantum, samples: new Samples(info.volume, 1 / quantum),
+        };
     }
 
-    /** The intervals of isovalues that need the same chunks, ascending: those of the chunks without children. */
+    /** The intervals of isovalues that need the same chunks, ascending. */
     async intervals() {
-        const { ends, isovalues } = await this.tables();
-        return ends.map(({ span: [start, end] }) => [
-            start === 0 ? -Infinity : isovalues[start], end === isovalues.length ? Infinity : below(isovalues[end]),
-        ]);
+        return (await this.tables()).intervals.map(({ range }) => range);
     }
 
     /** The spectrum of some intervals, given by their numbers; null if others were wanted meanwhile. */
     async spectrumOf(numbers) {
-        const tables = await this.tables();
-        const { info, isovalues, chunks, ends, quantum } = tables;
-        const wanted = chunks.filter((chunk) => numbers.some((i) => chunk.number <= ends[i].number && ends[i].number < chunk.end));
+        const { info, isovalues, tables, chunks, intervals, quantum, samples } = await this.tables();
+        const ends = numbers.flatMap((i) => intervals[i].ends);
+        const wanted = chunks.filter((chunk) => ends.some(({ number }) => chunk.number <= number && number < chunk.end));
         const requests = this.request(wanted);
         for (const [i, chunk] of wanted.entries()) {
             if (this.decoded.has(chunk.number)) continue;
@@ -78,11 +98,17 @@ class ChunkedFile {
             await otherTasks();
             if (this.wanted !== wanted) return null;
             const above = wanted.filter(({ number, end }) => number < chunk.number && chunk.number < end);
-            this.decoded.set(chunk.number, decodedChunk(stored, chunk, above.map(({ number }) => this.decoded.get(number)), tables));
+            const decoded = decodedChunk(stored, chunk, above.map(({ number }) => this.decoded.get(number)), { isovalues: tables[chunk.tree], samples });
+            if (tables.length > 1) decoded.shared = sharedOf(await contentOf(seamOf(stored)));
+            this.decoded.set(chunk.number, decoded);
             this.requests.delete(chunk.number);
         }
         this.keep(wanted);
-        const all = joined(wanted.map(({ number }) => this.decoded.get(number)));
+        const trees = tables.map((table, tree) => {
+            const all = joined(wanted.filter((chunk) => chunk.tree === tree).map(({ number }) => this.decoded.get(number)));
+            return { ...all, table };
+        });
+        const all = trees.length > 1 ? joinedTrees(trees, isovalues) : trees[0];
         // The tables stay here; what is returned may be transferred.
         const spectrum = { info, isovalues: isovalues.slice(), ...sortedByBirth(all, isovalues.length), step: quantum };
         spectrum.orders = ordersOf(spectrum);

@@ -61,28 +61,28 @@ function quantumOf(tolerance) {
 }
 
 /**
- * The chunks in pre-order, from section INDX: each with its span of ranks, its pivot (NONE without one), the number of the first chunk
- * that is not below it, its first byte in the file, bytes and checksum.
+ * The chunks in pre-order, from section INDX of a file whose trees have so many ranks: each with the number of its tree, its span of ranks, its pivot
+ * (NONE without one), the number of the first chunk that is not below it, its first byte in the file, bytes and checksum.
  */
-function chunksOf(content, nRanks) {
+function chunksOf(content, counts) {
     const columns = new Columns(content);
     const n = columns.count();
     // Vertices, knots and triangles are counted for the sizes of a spectrum in memory only.
     const [pivots, , , , bytes, crcs] = Array.from({ length: 6 }, () => columns.column(n));
     const chunks = [];
     let from = FILE_HEADER;
-    const take = (span) => {
+    const take = (tree, span) => {
         const number = chunks.length;
         const pivot = pivots[number] - 1;
-        const chunk = { number, span, pivot, from, bytes: bytes[number], crc: crcs[number] };
+        const chunk = { number, tree, span, pivot, from, bytes: bytes[number], crc: crcs[number] };
         from += bytes[number];
         chunks.push(chunk);
         if (pivot >= 0) {
-            take([span[0], pivot + 1]);
-            take([pivot + 1, span[1]]);
+            take(tree, [span[0], pivot + 1]);
+            take(tree, [pivot + 1, span[1]]);
         }
         chunk.end = chunks.length;
     };
-    take([0, nRanks]);
+    counts.forEach((nRanks, tree) => take(tree, [0, nRanks]));
     return chunks;
 }

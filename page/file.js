@@ -127,9 +127,8 @@ class CodedColumns extends Decoder {
     }
 }
 
-/** The table of isovalues: sorted integer keys of doubles, stored as differences. */
-function isovaluesOf(section) {
-    const columns = new Columns(section);
+/** The next table of isovalues: sorted integer keys of doubles, stored as differences. */
+function isovaluesOf(columns) {
     const keys = columns.column64(columns.count());
     const sign = 1n << 63n;
     let key = 0n;
@@ -161,7 +160,7 @@ function valuesOf(section, { firstKnot, ranks, nMoving }) {
  */
 function spectrumOf(bytes, { step }) {
     const [infoSection, isovalueSection, rankSection, triangleSection, positionSection, valueSection] = sectionsOf(bytes);
-    const isovalues = isovaluesOf(isovalueSection);
+    const isovalues = isovaluesOf(new Columns(isovalueSection));
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
     const info = JSON.parse(new TextDecoder().decode(infoSection));

@@ -11,10 +11,13 @@ mod coder;
 mod column;
 mod connectivity;
 mod container;
+mod copy;
+mod counted;
 mod decode;
 mod encode;
 mod facing;
 mod file_query;
+mod file_walk;
 mod geometry;
 mod header;
 mod holes;
@@ -37,6 +40,7 @@ mod tables;
 pub mod thesis;
 mod trajectories;
 mod tree;
+mod tree_walk;
 mod triangles;
 mod units;
 mod writer;
@@ -44,10 +48,14 @@ mod writer;
 pub use crate::atomic_file::{block_writes, final_path, parent_folder, write_atomically};
 pub use crate::atomic_folder::{TemporaryFolder, WorkFolder};
 pub use crate::output::Output;
+pub use copy::copy;
 pub use file_query::FileQuery;
+pub(crate) use file_walk::FileWalk;
 pub use header::{MAGIC, VERSION};
 pub use partial_spectrum::PartialSpectrum;
 pub(crate) use parts::Parts;
+#[cfg(test)]
+pub(crate) use spectrum_file::to_bytes_in_chunks_of;
 pub use spectrum_file::{
     SpectrumFile, Written, from_bytes, in_file_order, into_bytes, read, to_bytes, write,
 };

@@ -114,7 +114,7 @@ pub use spectrum::{Keep, Mesh, Query, Spectrum};
 pub use suggestions::{Candidate, Suggestions, suggestions};
 pub use sweep::{Counts, Parameters, compute};
 pub use topology::{dust::Dust, simplify::Simplification};
-pub use verify::{Report, verify};
+pub use verify::{Report, verify, verify_file};
 pub use volume::{Isovalue, Placement, Preparation, Samples, Volume};
 
 /// Internals for the tests, the benches and the program of this package. Not part of the public interface: anything here may change

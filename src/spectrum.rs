@@ -38,6 +38,7 @@ mod suggested;
 
 pub(crate) use assembly::Assembly;
 pub use check::MAX_COORDINATE;
+pub(crate) use check::check_collapses;
 pub use components::{Component, Components, Keep};
 pub use data::Spectrum;
 pub use elements::{Collapse, Knot, Patch, Triangle};

@@ -19,20 +19,23 @@ mod isovalues;
 mod jump;
 mod manifold;
 mod measure;
+mod meshes;
 mod promise;
 mod ray;
 mod report;
+mod run;
 mod triangle_grid;
+mod vertex_set;
+
+use std::sync::Arc;
 
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::extract::count::count;
+use crate::file::SpectrumFile;
 use crate::numbers::exact;
 use crate::progress::Progress;
-use crate::random::Random;
-use crate::spectrum::{Mesh, Query, Spectrum};
-use crate::topology::exact::ExactField;
+use crate::spectrum::{Query, Spectrum};
 use crate::volume::{Placement, Volume, between};
 
 pub use coherence::{Coherence, EventCoherence};
@@ -44,12 +47,10 @@ pub use manifold::{MeshTopology, mesh_topology};
 pub use promise::{Limits, Promise};
 pub use report::{Remedy, Report};
 
-use confidence::{Tallies, Tally};
-use distribution::Distribution;
-use isovalues::{Draw, event_isovalues, neighbours, random_isovalues, spread_isovalues};
+use isovalues::Draw;
 use measure::Geometry;
-use promise::Bounds;
-use triangle_grid::TriangleGrid;
+use meshes::Meshes;
+use run::measured;
 
 /// The distance in voxels from a point of the voxel frame to the isosurface of an isovalue: along a unit normal,
 /// along the gradient, or by descent, whichever is shortest. NaN if none of these meets it within 4
@@ -90,7 +91,27 @@ pub fn verify(
     progress: &dyn Progress,
 ) -> Result<Report> {
     sampling.check()?;
-    Ok(measured_at(spectrum, volume, (sampling, Draw::Random), limits, progress)?.0)
+    check_same_volume(spectrum, volume)?;
+    let meshes = Meshes::in_memory(spectrum);
+    Ok(measured(meshes, volume, (sampling, Draw::Random), limits, progress)?.0)
+}
+
+/// Verifies the spectrum of a file, as [`verify`], but reads one chunk after the other: only those of one isovalue are in memory.
+///
+/// # Errors
+///
+/// As [`verify`]; [`Error::Input`] if a chunk is damaged.
+pub fn verify_file(
+    file: &Arc<SpectrumFile>,
+    volume: &Volume,
+    sampling: Sampling,
+    limits: Limits,
+    progress: &dyn Progress,
+) -> Result<Report> {
+    sampling.check()?;
+    check_same_volume(file.description(), volume)?;
+    let meshes = Meshes::of_file(file.clone());
+    Ok(measured(meshes, volume, (sampling, Draw::Random), limits, progress)?.0)
 }
 
 /// The result of [`check`].
@@ -126,108 +147,22 @@ impl Check {
 ///
 /// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` is cancelled.
 pub fn check(spectrum: &Spectrum, volume: &Volume, progress: &dyn Progress) -> Result<Check> {
+    check_same_volume(spectrum, volume)?;
     let limits = Limits::default();
     let sampling = (Sampling::affordable(volume), Draw::Random);
-    let (report, mut tallies) = measured_at(spectrum, volume, sampling, limits, progress)?;
+    let meshes = Meshes::in_memory(spectrum);
+    let (report, mut tallies) = measured(meshes, volume, sampling, limits, progress)?;
     let mut reports = vec![report];
     if let Some(sampling) = Sampling::second(volume, tallies.are_doubtful(&reports[0])) {
         let second = (sampling, Draw::Spread);
-        let (report, more) = measured_at(spectrum, volume, second, limits, progress)?;
+        let meshes = Meshes::in_memory(spectrum);
+        let (report, more) = measured(meshes, volume, second, limits, progress)?;
         tallies.append(more);
         reports.push(report);
     }
     let remedy = reports.iter().map(|report| report.remedy(volume)).min().unwrap_or(Remedy::None);
     let (broken, uncertain) = confidence::judge(&reports, &tallies);
     Ok(Check { broken, uncertain, remedy })
-}
-
-/// Measures a spectrum at the isovalues of one verification. Returns also what of each promise is beyond its limit where.
-fn measured_at(
-    spectrum: &Spectrum,
-    volume: &Volume,
-    (sampling, draw): (Sampling, Draw),
-    limits: Limits,
-    progress: &dyn Progress,
-) -> Result<(Report, Tallies)> {
-    check_same_volume(spectrum, volume)?;
-    let field = ExactField::new(volume)?;
-    let mut random = Random::new(sampling.seed);
-    let single = match draw {
-        Draw::Random => random_isovalues,
-        Draw::Spread => spread_isovalues,
-    }(volume, spectrum.range(), sampling.n_random, &mut random);
-    let pairs =
-        event_isovalues(spectrum.events(), spectrum.range(), sampling.n_events, &mut random);
-    let elsewhere = coherence::busiest_elsewhere(spectrum, sampling.n_events);
-    let neighbours = neighbours(volume, spectrum, sampling.n_events, &mut random);
-    let n_all =
-        (single.len() + 2 * (pairs.len() + elsewhere.len()) + neighbours.len()).max(1) as f64;
-
-    let mut pooled = Geometry::new();
-    let mut rows = Vec::new();
-    let bounds = Bounds::new(&limits, spectrum.tolerance());
-    let mut tallies = Tallies::new(bounds);
-    let mut query = Query::new(spectrum);
-    let mut mesh_at = |isovalue: f64, n_done: usize| -> Result<Mesh> {
-        progress.report(n_done as f64 / n_all, "verifying");
-        if progress.cancelled() {
-            return Err(Error::Interrupted);
-        }
-        query.mesh_at(isovalue)
-    };
-    let mut measure_at = |isovalue: f64, at_event: bool| -> Result<Mesh> {
-        let mesh = mesh_at(isovalue, rows.len())?;
-        // Topology is found on one thread, geometry on all.
-        let (mut row, measured) = rayon::join(
-            || topology_row(&field, isovalue, at_event, &mesh),
-            || measured(field.volume(), isovalue, &mesh, sampling.max_measured),
-        );
-        if let Some((self_intersecting, geometry)) = measured {
-            row.self_intersecting = self_intersecting;
-            row.barycentre_deviation = geometry.barycentre_deviation.summary();
-            row.radius_ratio = geometry.radius_ratio.summary();
-            tallies.add_crossing(self_intersecting, mesh.triangles.len());
-            if !at_event {
-                tallies.add(&geometry);
-                pooled.merge(&geometry);
-            }
-        }
-        rows.push(row);
-        Ok(mesh)
-    };
-    for &isovalue in &single {
-        measure_at(isovalue, false)?;
-    }
-    let mut jumps_at = |pairs: &[(f64, f64)]| -> Result<(Vec<Jump>, Summary, Vec<Tally>)> {
-        let mut beyond = Distribution::new(measure::MAX_DISTANCE);
-        let mut jumps = Vec::with_capacity(pairs.len());
-        let mut counts = Vec::with_capacity(pairs.len());
-        for &(before, after) in pairs {
-            let (a, b) = (measure_at(before, true)?, measure_at(after, true)?);
-            let mut distances = Distribution::new(measure::MAX_DISTANCE);
-            jumps.push(jump::jump(&field, (before, &a), (after, &b), &mut distances));
-            counts.push(Tally::of(&distances, bounds.jump));
-            beyond.merge(&distances);
-        }
-        Ok((jumps, beyond.summary(), counts))
-    };
-    let (at_events, beyond_at_events, _) = jumps_at(&pairs)?;
-    let (elsewhere, beyond_elsewhere, counts) = jumps_at(&elsewhere)?;
-    tallies.add_jumps(counts);
-    for isovalue in neighbours {
-        let mesh = mesh_at(isovalue, rows.len())?;
-        let row = topology_row(&field, isovalue, true, &mesh);
-        rows.push(Row { is_neighbour: true, ..row });
-    }
-    let continuity = Continuity {
-        at_events,
-        beyond_at_events,
-        elsewhere,
-        beyond_elsewhere,
-        coherence: coherence::coherence(spectrum),
-        tracked_share: tracked_share(spectrum, &single),
-    };
-    Ok((Report::new(spectrum, sampling, limits, rows, &pooled, continuity), tallies))
 }
 
 /// The result of [`spot_check`].
@@ -303,60 +238,34 @@ fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
     Ok(())
 }
 
-/// The topology at one isovalue.
-fn topology_row(field: &ExactField<'_>, isovalue: f64, at_event: bool, mesh: &Mesh) -> Row {
-    let (expected, topology) = rayon::join(
-        || count(field, isovalue),
-        || mesh_topology(mesh.positions.len(), &mesh.triangles),
-    );
-    Row {
-        isovalue,
-        at_event,
-        is_neighbour: false,
-        n_triangles: mesh.triangles.len(),
-        expected_components: expected.len(),
-        expected_euler: expected.iter().map(|component| component.euler).sum(),
-        topology,
-        finite: measure::is_placed(field.volume(), mesh),
-        self_intersecting: 0,
-        barycentre_deviation: Summary::default(),
-        radius_ratio: Summary::default(),
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::{from_bytes, to_bytes_in_chunks_of};
+    use crate::kernels::{Backend, Choice};
+    use crate::progress::Silent;
+    use crate::sweep::{Parameters, compute};
+    use crate::volume::phantom;
 
-/// How many triangles cross others, and the geometry; nothing if the mesh is not inside the volume.
-fn measured(volume: &Volume, isovalue: f64, mesh: &Mesh, most: usize) -> Option<(usize, Geometry)> {
-    if !measure::is_placed(volume, mesh) {
-        return None;
-    }
-    let grid = TriangleGrid::new(mesh);
-    let geometry = measure::measure(volume, isovalue, mesh, &grid, most);
-    Some((grid.self_intersecting().len(), geometry))
-}
-
-/// The share of the vertices in the meshes at some isovalues that are also in the mesh a 256th of
-/// the range higher; `None` without vertices.
-fn tracked_share(spectrum: &Spectrum, isovalues: &[f64]) -> Option<f64> {
-    let step = (spectrum.range().1 - spectrum.range().0) / 256.0;
-    let (mut alive, mut survived) = (0u64, 0u64);
-    for &isovalue in isovalues.iter().filter(|&&c| c + step < spectrum.range().1) {
-        let here = active_vertices(spectrum, isovalue);
-        let there = active_vertices(spectrum, isovalue + step);
-        alive += here.iter().filter(|&&active| active).count() as u64;
-        survived += here.iter().zip(&there).filter(|&(&a, &b)| a && b).count() as u64;
-    }
-    (alive > 0).then(|| survived as f64 / alive as f64)
-}
-
-fn active_vertices(spectrum: &Spectrum, isovalue: f64) -> Vec<bool> {
-    let after = spectrum.isovalues().partition_point(|&c| c <= isovalue);
-    let mut active = vec![false; spectrum.n_vertices()];
-    // Below the first isovalue of the table there is no mesh.
-    if let Some(rank) = after.checked_sub(1) {
-        let rank = rank as u32;
-        for triangle in spectrum.triangles().iter().filter(|t| t.birth <= rank && rank < t.death) {
-            triangle.vertices.iter().for_each(|&v| active[v as usize] = true);
+    #[test]
+    fn the_report_of_a_file_in_many_chunks_is_that_of_the_spectrum_in_memory() {
+        let volume = Arc::new(phantom("blobs:12").expect("a phantom"));
+        let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+        let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent).expect("one");
+        let bytes = to_bytes_in_chunks_of(500, spectrum.quantised());
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("s.isp");
+        std::fs::write(&path, &bytes).expect("writable");
+        let file = Arc::new(SpectrumFile::open(&path).expect("just written"));
+        let (most, all) = (file.most_at_once(), file.size().triangles);
+        assert!(most < all, "{most} of {all} triangles at once");
+        let whole = from_bytes(&bytes).expect("just written");
+        for (n_random, n_events) in [(8, 4), (0, 3), (5, 0), (0, 0)] {
+            let sampling = Sampling { n_random, n_events, ..Sampling::default() };
+            let limits = Limits::default();
+            let found = verify_file(&file, &volume, sampling, limits, &Silent).expect("the volume");
+            let expected = verify(&whole, &volume, sampling, limits, &Silent).expect("the volume");
+            assert_eq!(found, expected, "{n_random} isovalues, {n_events} events");
         }
     }
-    active
 }

@@ -130,8 +130,6 @@ fn bad_requests_are_errors_of_one_line() {
     let folder = folder_with_spectrum();
     folder.write("v_2x2x2_uint8.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
     folder.run(&["convert", "s.isp", "s.thesis", "-q"]);
-    let in_bricks = ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "4", "-q"];
-    folder.run(&[&in_bricks[..], &["-o", "x.isp"]].concat());
     for (arguments, code, fact) in [
         (&["html", "s.isp", "-o", "page.txt"][..], 2, ".html"),
         (&["html", "s.isp", "-o", "p.html", "--range", "-5:9000"], 4, "outside the range"),
@@ -153,7 +151,6 @@ fn bad_requests_are_errors_of_one_line() {
             "--color-by",
         ),
         (&["html", "s.thesis", "-o", "p.html", "--link", "s.thesis"], 2, "s.thesis: --link needs"),
-        (&["html", "x.isp", "-o", "p.html", "--link", "x.isp"], 2, "x.isp: was computed in bricks"),
         (
             &["html", "s.isp", "-o", "p.html", "--color", "distance"],
             2,

@@ -7,7 +7,7 @@ use isospectrum::export;
 use isospectrum::page::{self, Page};
 use isospectrum::render::{Background, Renderer};
 use isospectrum::spectrum::{Components, lineages};
-use isospectrum::verify::{Limits, Sampling, verify};
+use isospectrum::verify::{Limits, Sampling, verify, verify_file};
 use isospectrum::volume::{Histogram, Statistics};
 use isospectrum::{Error, Mesh, Prepared, Query, Result, color_sources, file};
 use numpy::IntoPyArray;
@@ -230,9 +230,14 @@ impl Spectrum {
         let (handle, volume) = (self.0.clone(), volume.get().0.clone());
         let sampling = Sampling { n_random: n, n_events: events, seed, ..Sampling::default() };
         watched(py, progress, move |watched| {
-            let spectrum = handle.all()?;
-            let volume = Prepared::again(volume, &spectrum)?;
-            let found = verify(&spectrum, &volume, sampling, Limits::default(), watched)?;
+            let volume = Prepared::again(volume, handle.summary())?;
+            let limits = Limits::default();
+            let found = match &*handle {
+                Handle::Whole { spectrum, .. } => {
+                    verify(spectrum, &volume, sampling, limits, watched)?
+                }
+                Handle::File { file, .. } => verify_file(file, &volume, sampling, limits, watched)?,
+            };
             serde_json::to_string(&found).map_err(|e| Error::internal(e.to_string()))
         })
     }

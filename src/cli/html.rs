@@ -190,10 +190,6 @@ impl Html {
         let Some(url) = &self.link else { return Ok(None) };
         let path = &self.spectrum;
         match Opened::open(path)? {
-            Opened::File(file) if file.n_trees() > 1 => Err(Error::Usage(format!(
-                "{}: was computed in bricks, expected a file of `isospectrum convert` for --link",
-                path.display()
-            ))),
             Opened::File(_) => Link::new(url, path).map(Some),
             Opened::Whole(..) => Err(Error::Usage(format!(
                 "{}: --link needs a spectrum file (.isp)",

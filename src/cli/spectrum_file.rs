@@ -2,6 +2,7 @@
 
 use std::io::Read as _;
 use std::path::Path;
+use std::sync::Arc;
 
 use isospectrum::file::{self, MAGIC, Output, SpectrumFile, Summary, Written, thesis};
 use isospectrum::spectrum::Spectrum;
@@ -72,10 +73,18 @@ impl Opened {
     }
 
     /// Returns the size of the file in bytes.
-    fn n_bytes(&self) -> u64 {
+    pub(super) fn n_bytes(&self) -> u64 {
         match self {
             Opened::Whole(_, n_bytes) => *n_bytes,
             Opened::File(file) => file.n_bytes(),
+        }
+    }
+
+    /// Refuses a file of which the chunks at one isovalue exceed a limit of memory.
+    pub(super) fn check_memory_of_part(&self) -> Result<()> {
+        match self {
+            Opened::Whole(..) => Ok(()),
+            Opened::File(file) => check_triangles(file.path(), file.most_at_once(), READ_BYTES),
         }
     }
 
@@ -164,6 +173,13 @@ pub(super) fn read_summary(path: &Path) -> Result<Summary> {
 pub(super) fn write_whole(spectrum: Spectrum, output: Output) -> Result<(Spectrum, u64)> {
     let Written { bytes, spectrum, .. } = file::into_bytes(spectrum)?;
     Ok((spectrum, output.write_bytes(&Signals, &bytes)?))
+}
+
+/// Copies a file, of which all chunks are checked. Returns the size in bytes.
+pub(super) fn copy(file: Box<SpectrumFile>, output: Output) -> Result<u64> {
+    check_triangles(file.path(), file.most_at_once(), READ_BYTES)?;
+    let file = Arc::from(file);
+    output.write(&Signals, |target| file::copy(&file, target))
 }
 
 /// Writes a spectrum in a format. Returns the size in bytes.

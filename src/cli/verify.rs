@@ -1,18 +1,20 @@
 //! `verify`: measures a spectrum against its volume; exit code 5 if a promise or limit is broken.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use isospectrum::Error;
 use isospectrum::Prepared;
-use isospectrum::verify::{Limits, Promise, Report, Sampling, Summary, verify};
+use isospectrum::verify::{Limits, Promise, Report, Sampling, Summary, verify, verify_file};
 
 use super::kind::{self, Kind};
 use super::number_argument::{fraction, not_negative};
 use super::progress::Bar;
 use super::report::{number, number_or_dash, percent, table};
+use super::spectrum_file::Opened;
 use super::volume_arguments::VolumeArguments;
-use super::{heading, output, report, spectrum_file};
+use super::{heading, output, report};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -71,8 +73,9 @@ pub(super) struct Verify {
 impl Verify {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         self.check_order()?;
-        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let volume = Prepared::again(self.volume.read()?, &spectrum)?;
+        let spectrum = Opened::open(&self.spectrum)?;
+        spectrum.check_memory_of_part()?;
+        let volume = Prepared::again(self.volume.read()?, spectrum.header())?;
         let sampling = Sampling {
             n_random: self.n,
             n_events: self.events,
@@ -86,7 +89,12 @@ impl Verify {
             radius_ratio: self.min_radius_ratio,
             jump: self.max_jump,
         };
-        let found = verify(&spectrum, &volume, sampling, limits, &Bar::new(quiet))?;
+        let bar = Bar::new(quiet);
+        let found = match spectrum {
+            Opened::Whole(spectrum, _) => verify(&spectrum, &volume, sampling, limits, &bar)?,
+            Opened::File(file) => verify_file(&Arc::from(file), &volume, sampling, limits, &bar)?,
+        };
+        drop(bar);
         if self.json {
             report::print_json("verify", &found)?;
         } else {

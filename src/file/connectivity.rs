@@ -130,13 +130,14 @@ impl Traversal {
 
 /// Finds the order of a chunk, and codes the connectivity.
 pub(super) fn traverse(input: &Input) -> (FileOrder, Traversal) {
-    let &Input { n_vertices, chunk, above, .. } = input;
+    let &Input { triangles, n_vertices, chunk, above, .. } = input;
+    let counts = [n_vertices as usize, triangles.len()];
     let n_above = above.n_vertices();
     let mut number = vec![NONE; n_vertices as usize];
     (0..n_above).for_each(|v| number[v as usize] = v);
     let mut writer = Writer {
         input,
-        living: Living::new(n_vertices as usize, &above.triangles, &chunk.span),
+        living: Living::new(counts, &above.triangles, &chunk.span),
         number,
         edges_of: vec![(0, 0); n_vertices as usize],
         order: FileOrder { vertices: (0..n_above).collect(), ..FileOrder::default() },

@@ -64,7 +64,8 @@ struct Wanted {
     is_read: Vec<bool>,
     /// By chunk, the number of its first vertex among those that are read.
     first_vertex: Vec<u32>,
-    n_triangles: u64,
+    /// Of all of them.
+    size: ChunkSize,
 }
 
 impl Decoder<'_, '_> {
@@ -77,30 +78,67 @@ impl Decoder<'_, '_> {
     pub(super) fn decode(&self, ranks: RangeInclusive<u32>) -> Result<DecodedTree> {
         let wanted = self.wanted(ranks)?;
         let chunks = self.below(0, self.unpack(0)?, &wanted, &mut Path::default())?;
-        let [n_vertices, n_knots] = chunks.iter().fold([0, 0], |[vertices, knots], chunk| {
-            [vertices + chunk.ranks.n_vertices() as usize, knots + chunk.positions.len()]
-        });
-        let mut first_knot = Vec::with_capacity(n_vertices + 1);
-        first_knot.push(0);
-        let mut knots = Vec::with_capacity(n_knots);
+        Ok(self.joined(chunks, wanted.size))
+    }
+
+    /// Chunks of this size together, in the order of the file, as one.
+    fn joined(&self, chunks: Vec<DecodedChunk>, size: ChunkSize) -> DecodedTree {
+        let mut ranks = Ranks::default();
+        let mut knots = Vec::with_capacity(size.knots as usize);
         let (mut triangles, mut shared) = (Vec::new(), Vec::new());
-        for mut chunk in chunks {
-            let (first, n_before) = (first_knot.len() as u32 - 1, knots.len() as u32);
+        for chunk in chunks {
+            let first = ranks.n_vertices();
             shared.extend(chunk.shared.iter().map(|&(v, key)| (first + v, key)));
-            first_knot.extend(chunk.ranks.first_knot[1..].iter().map(|first| n_before + first));
-            let position = |x: &[i32; 3]| x.map(|x| self.units.coordinate(x));
-            let ranks = chunk.ranks.ranks.iter().zip(&chunk.positions);
-            knots.extend(ranks.map(|(&rank, x)| Knot { rank, position: position(x) }));
-            if triangles.is_empty() {
-                triangles = std::mem::take(&mut chunk.triangles);
-                triangles.reserve_exact(wanted.n_triangles as usize - triangles.len());
-            } else {
-                triangles.append(&mut chunk.triangles);
-            }
+            ranks.append(&chunk.ranks);
+            knots.extend(self.knots(&chunk.ranks, &chunk.positions));
+            push_all(&mut triangles, chunk.triangles, size.triangles as usize);
         }
+        self.patch(ranks.first_knot, knots, triangles, shared)
+    }
+
+    /// The chunks of a path, which ends with a chunk without children that has these triangles.
+    pub(super) fn of_path(
+        &self,
+        path: Path,
+        last: Vec<Triangle>,
+        shared: Vec<(u32, u64)>,
+    ) -> DecodedTree {
+        let Path { ranks, positions, mut triangles, .. } = path;
+        let knots = self.knots(&ranks, &positions).collect();
+        drop(positions);
+        let n = triangles.len() + last.len();
+        push_all(&mut triangles, last, n);
+        self.patch(ranks.first_knot, knots, triangles, shared)
+    }
+
+    /// The path with the first vertices and triangles of a patch, given which vertices are lattice vertices.
+    pub(super) fn path_of(&self, patch: &Patch, is_lattice: Vec<bool>) -> Path {
+        let Patch { first_knot, knots, triangles, .. } = patch;
+        let ranks = knots.iter().map(|knot| knot.rank).collect();
+        Path {
+            ranks: Ranks { first_knot: first_knot.clone(), ranks, is_lattice },
+            positions: knots.iter().map(|knot| self.units.of(knot)).collect(),
+            triangles: triangles.clone(),
+            numbers: Vec::new(),
+        }
+    }
+
+    fn knots(&self, ranks: &Ranks, positions: &[[i32; 3]]) -> impl Iterator<Item = Knot> {
+        let position = |x: &[i32; 3]| x.map(|x| self.units.coordinate(x));
+        let knots = ranks.ranks.iter().zip(positions);
+        knots.map(move |(&rank, x)| Knot { rank, position: position(x) })
+    }
+
+    fn patch(
+        &self,
+        first_knot: Vec<u32>,
+        knots: Vec<Knot>,
+        triangles: Vec<Triangle>,
+        shared: Vec<(u32, u64)>,
+    ) -> DecodedTree {
         let isovalues = self.isovalues.to_vec();
         let patch = Patch { isovalues, first_knot, knots, triangles, collapses: Vec::new() };
-        Ok(DecodedTree { patch, shared })
+        DecodedTree { patch, shared }
     }
 
     /// By chunk of the tree.
@@ -111,23 +149,15 @@ impl Decoder<'_, '_> {
     fn wanted(&self, ranks: RangeInclusive<u32>) -> Result<Wanted> {
         let mut is_read = vec![false; self.sizes().len()];
         self.tree.tree.at(ranks).for_each(|i| is_read[i] = true);
-        let (mut first_vertex, mut sum) = (Vec::new(), ChunkSize::default());
-        for (size, &is_read) in self.sizes().iter().zip(&is_read) {
-            first_vertex.push(sum.vertices as u32);
+        let (mut first_vertex, mut size) = (Vec::new(), ChunkSize::default());
+        for (of_chunk, &is_read) in self.sizes().iter().zip(&is_read) {
+            first_vertex.push(size.vertices as u32);
             if is_read {
-                sum.vertices += size.vertices;
-                sum.knots += size.knots;
-                sum.triangles += size.triangles;
+                size.add(of_chunk);
             }
         }
-        let ChunkSize { vertices, knots, triangles, .. } = sum;
-        if vertices.max(knots).max(triangles) >= u64::from(u32::MAX) {
-            return Err(Error::input(format!(
-                "{vertices} vertices, {knots} knots and {triangles} triangles, expected fewer than 2^32 - 1"
-            )));
-        }
-        let n_triangles = triangles;
-        Ok(Wanted { is_read, first_vertex, n_triangles })
+        size.check_sum()?;
+        Ok(Wanted { is_read, first_vertex, size })
     }
 
     /// Reads a chunk, which is unpacked, and those below it, in pre-order. The path ends above the chunk, then and afterwards.
@@ -147,14 +177,14 @@ impl Decoder<'_, '_> {
         // Chunks are unpacked by themselves, while those above are put together.
         let unpack = |child: Option<usize>| child.map(|child| self.unpack(child)).transpose();
         let (built, (first_unpacked, second_unpacked)) = self.join(
-            || self.built(i, unpacked, wanted, path),
+            || self.built(i, unpacked, wanted.first_vertex[i], path),
             || self.join(|| unpack(first), || unpack(second)),
         );
-        let mut all = vec![built.map_err(|e| self.in_chunk(i, e))?];
+        let mut all = vec![built?];
         let first = first.zip(first_unpacked?);
         let second = second.zip(second_unpacked?);
         let n: u64 = self.sizes()[i..chunk.end].iter().map(|size| size.triangles).sum();
-        let is_large = n.saturating_mul(PARALLEL_SHARES) >= wanted.n_triangles;
+        let is_large = n.saturating_mul(PARALLEL_SHARES) >= wanted.size.triangles;
         match (first, second) {
             (Some((first, a)), Some((second, b))) if is_large => {
                 let mut other = path.clone();
@@ -175,7 +205,7 @@ impl Decoder<'_, '_> {
     }
 
     /// The results of both, side by side if the file is large.
-    fn join<A: Send, B: Send>(
+    pub(super) fn join<A: Send, B: Send>(
         &self,
         a: impl FnOnce() -> A + Send,
         b: impl FnOnce() -> B + Send,
@@ -185,7 +215,7 @@ impl Decoder<'_, '_> {
     }
 
     /// Unpacks a chunk.
-    fn unpack(&self, i: usize) -> Result<Unpacked> {
+    pub(super) fn unpack(&self, i: usize) -> Result<Unpacked> {
         self.unpacked(i).map_err(|e| self.in_chunk(i, e))
     }
 
@@ -244,23 +274,42 @@ impl Decoder<'_, '_> {
         Ok(shared)
     }
 
-    /// Puts a chunk together and appends it to the path.
+    /// Puts a chunk together and appends it to the path. `first_vertex` is the number of its first vertex in the result.
     fn built(
         &self,
         i: usize,
         unpacked: Unpacked,
-        wanted: &Wanted,
+        first_vertex: u32,
         path: &mut Path,
     ) -> Result<DecodedChunk> {
+        let knots_above = path.positions.len();
+        let ranks = unpacked.ranks.clone();
+        path.numbers.extend(first_vertex..first_vertex + ranks.n_vertices());
+        let Appended { mut triangles, shared } = self.append(i, unpacked, path)?;
+        if self.tree.tree.chunks()[i].pivot.is_some() {
+            path.triangles.extend_from_slice(&triangles);
+        }
+        for t in &mut triangles {
+            t.vertices = t.vertices.map(|v| path.numbers[v as usize]);
+        }
+        let positions = path.positions[knots_above..].to_vec();
+        Ok(DecodedChunk { ranks, positions, triangles, shared })
+    }
+
+    /// Appends the vertices of a chunk to the path.
+    pub(super) fn append(&self, i: usize, unpacked: Unpacked, path: &mut Path) -> Result<Appended> {
+        self.put_together(i, unpacked, path).map_err(|e| self.in_chunk(i, e))
+    }
+
+    fn put_together(&self, i: usize, unpacked: Unpacked, path: &mut Path) -> Result<Appended> {
         let Unpacked { ranks, triangles, positions, shared, max_unused } = unpacked;
         let chunk = &self.tree.tree.chunks()[i];
-        let (n_above, knots_above) = (path.n_vertices(), path.positions.len());
+        let n_above = path.n_vertices();
         path.ranks.append(&ranks);
-        let first = wanted.first_vertex[i];
-        path.numbers.extend(first..first + ranks.n_vertices());
+        drop(ranks);
         let n_isovalues = self.isovalues.len() as u32;
         let tables = ChunkTables { chunk, path, n_above, n_isovalues, max_unused };
-        let mut triangles = read_triangles(triangles, tables).map_err(in_section("TRIA"))?;
+        let triangles = read_triangles(triangles, tables).map_err(in_section("TRIA"))?;
         check_count("triangles", triangles.len() as u64, self.sizes()[i].triangles)?;
         let of = Surroundings {
             ranks: &path.ranks,
@@ -272,14 +321,7 @@ impl Decoder<'_, '_> {
         };
         read_geometry(positions, of, &mut path.positions, self.samples, self.units)
             .map_err(in_section("POSN"))?;
-        let positions = path.positions[knots_above..].to_vec();
-        if chunk.pivot.is_some() {
-            path.triangles.extend_from_slice(&triangles);
-        }
-        for t in &mut triangles {
-            t.vertices = t.vertices.map(|v| path.numbers[v as usize]);
-        }
-        Ok(DecodedChunk { ranks, positions, triangles, shared })
+        Ok(Appended { triangles, shared })
     }
 
     /// Adds the number and the isovalues of a chunk to an error, if there are several.
@@ -297,13 +339,33 @@ impl Decoder<'_, '_> {
     }
 }
 
+/// A chunk whose vertices are on the path.
+pub(super) struct Appended {
+    /// With vertices in numbers of the path.
+    pub(super) triangles: Vec<Triangle>,
+    /// With vertices in numbers of the chunk.
+    pub(super) shared: Vec<(u32, u64)>,
+}
+
 /// A chunk whose numbers are unpacked.
-struct Unpacked {
+pub(super) struct Unpacked {
     ranks: Ranks,
     triangles: TriangleColumns,
     positions: PositionReader,
     shared: Vec<(u32, u64)>,
     max_unused: usize,
+}
+
+/// Appends triangles to a list that will have `n` in all. The longer of both stays where it is.
+fn push_all(list: &mut Vec<Triangle>, mut more: Vec<Triangle>, n: usize) {
+    if list.len() >= more.len() {
+        list.reserve_exact(n - list.len());
+        list.append(&mut more);
+    } else {
+        more.reserve_exact(n - more.len());
+        more.splice(0..0, list.drain(..));
+        *list = more;
+    }
 }
 
 fn check_count(what: &str, found: u64, declared: u64) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::partial_spectrum::PartialSpectrum;
+use super::file_walk::FileWalk;
 use super::spectrum_file::SpectrumFile;
 use crate::error::Result;
 use crate::spectrum::{Mesh, Query, Spectrum};
@@ -14,9 +14,13 @@ const MAX_TRIANGLES: u64 = 8_000_000;
 /// the whole once as much was read: the search structures of a [`Query`] are then worth their time.
 #[derive(Debug)]
 pub struct FileQuery {
-    read: PartialSpectrum,
+    walk: FileWalk,
     /// Of the chunks in memory; none before the first mesh.
     query: Option<Query<Arc<Spectrum>>>,
+    whole: Option<Arc<Spectrum>>,
+    /// Triangles read so far.
+    n_read: u64,
+    max_triangles: u64,
 }
 
 impl FileQuery {
@@ -27,7 +31,8 @@ impl FileQuery {
 
     /// As [`FileQuery::new`], with the most triangles of a spectrum that stays in memory as a whole.
     pub fn within(file: Arc<SpectrumFile>, max_triangles: u64) -> FileQuery {
-        FileQuery { read: PartialSpectrum::new(file, max_triangles), query: None }
+        let walk = FileWalk::new(file);
+        FileQuery { walk, query: None, whole: None, n_read: 0, max_triangles }
     }
 
     /// The mesh at `isovalue`, as [`Query::mesh_at`] of the whole spectrum returns it.
@@ -47,16 +52,30 @@ impl FileQuery {
     ///
     /// As [`FileQuery::mesh_at`].
     pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut Mesh) -> Result<()> {
-        if !self.read.has(&[isovalue]) {
-            // The old search structures are dropped before chunks are read.
-            self.query = None;
-            self.read.read_at(&[isovalue])?;
+        self.read_at(isovalue)?;
+        let query = match (self.query.take(), &self.whole) {
+            (Some(query), _) => query,
+            (None, Some(whole)) => Query::new(whole.clone()),
+            (None, None) => Query::for_some(self.walk.spectrum()?, 1),
+        };
+        self.query.insert(query).mesh_at_into(isovalue, mesh)
+    }
+
+    /// Reads the chunks of an isovalue that are not in memory, or the whole if that is worth its time.
+    fn read_at(&mut self, isovalue: f64) -> Result<()> {
+        if self.whole.is_some() || !self.walk.needs_others(isovalue) {
+            return Ok(());
         }
-        let query = self.query.get_or_insert_with(|| {
-            let spectrum = self.read.spectrum().clone();
-            if self.read.is_whole() { Query::new(spectrum) } else { Query::for_some(spectrum, 1) }
-        });
-        query.mesh_at_into(isovalue, mesh)
+        // The old search structures are dropped before chunks are read.
+        self.query = None;
+        let file = self.walk.file();
+        file.description().check_isovalue(isovalue)?;
+        let n_triangles = file.size().triangles;
+        self.n_read += file.needed_around(&[isovalue]).0;
+        if self.n_read > n_triangles && n_triangles <= self.max_triangles {
+            return self.whole().map(drop);
+        }
+        self.walk.to(isovalue, &mut |_, _| {})
     }
 
     /// A spectrum with all triangles that are alive at some isovalues, or between them, as [`SpectrumFile::read_around`]; or the whole, if it
@@ -66,10 +85,10 @@ impl FileQuery {
     ///
     /// As [`SpectrumFile::read_around`].
     pub fn around(&self, isovalues: &[f64]) -> Result<Arc<Spectrum>> {
-        if self.read.is_whole() {
-            return Ok(self.read.spectrum().clone());
+        match &self.whole {
+            Some(whole) => Ok(whole.clone()),
+            None => self.walk.file().read_around(isovalues).map(Arc::new),
         }
-        self.read.file().read_around(isovalues).map(Arc::new)
     }
 
     /// The whole spectrum, which is read once.
@@ -78,9 +97,13 @@ impl FileQuery {
     ///
     /// As [`SpectrumFile::read`].
     pub fn whole(&mut self) -> Result<Arc<Spectrum>> {
-        if !self.read.is_whole() {
-            self.query = None;
+        if let Some(whole) = &self.whole {
+            return Ok(whole.clone());
         }
-        self.read.whole()
+        let file = self.walk.file().clone();
+        (self.query, self.walk) = (None, FileWalk::new(file.clone()));
+        let whole = Arc::new(file.read()?);
+        self.whole = Some(whole.clone());
+        Ok(whole)
     }
 }

@@ -21,6 +21,9 @@
 /// Most gates that are searched at one vertex, and most steps along a loop that a code counts.
 const MAX_SEARCH: usize = 64;
 
+/// Memory for more gates is given back once they are closed.
+const MAX_KEPT_GATES: usize = 1 << 16;
+
 /// No half-edge, or no gate.
 const NONE: u32 = u32::MAX;
 
@@ -122,15 +125,15 @@ pub(super) struct Holes {
 }
 
 impl Holes {
-    /// No gates, no triangles. Vertices count up to `n_vertices`.
-    pub(super) fn new(n_vertices: usize) -> Self {
+    /// No gates, no triangles. Vertices count up to `n_vertices`, and there will be `n_triangles`.
+    pub(super) fn new(n_vertices: usize, n_triangles: usize) -> Self {
         Holes {
             gates: Vec::new(),
             newest_gate: vec![NONE; n_vertices],
-            vertices: Vec::new(),
-            twins: Vec::new(),
+            vertices: Vec::with_capacity(n_triangles),
+            twins: Vec::with_capacity(3 * n_triangles),
             outgoing: vec![NONE; n_vertices],
-            flag_rank: Vec::new(),
+            flag_rank: Vec::with_capacity(n_triangles),
         }
     }
 
@@ -269,6 +272,8 @@ impl Holes {
         for gate in self.gates.drain(..) {
             self.newest_gate[gate.from as usize] = NONE;
         }
+        // Triangles of chunks above are added without gates, and leave three each.
+        self.gates.shrink_to(MAX_KEPT_GATES);
     }
 
     /// Removes all gates, and opens gates around the dying triangles.
@@ -470,7 +475,7 @@ mod tests {
 
     /// Fans of triangles: hubs, each with the vertices around it in order.
     fn fans(n_vertices: usize, fans: &[(u32, &[u32])]) -> Holes {
-        let mut holes = Holes::new(n_vertices);
+        let mut holes = Holes::new(n_vertices, 0);
         for (hub, around) in fans {
             let next = around.iter().cycle().skip(1);
             around.iter().zip(next).for_each(|(&a, &b)| holes.add_seed([*hub, a, b]));

@@ -32,6 +32,26 @@ pub(super) struct ChunkSize {
     pub(super) repeated: u64,
 }
 
+impl ChunkSize {
+    /// Adds the vertices, knots and triangles of another chunk.
+    pub(super) fn add(&mut self, other: &ChunkSize) {
+        self.vertices = self.vertices.saturating_add(other.vertices);
+        self.knots = self.knots.saturating_add(other.knots);
+        self.triangles = self.triangles.saturating_add(other.triangles);
+    }
+
+    /// Checks that a sum of chunks fits a patch.
+    pub(super) fn check_sum(&self) -> Result<()> {
+        let &ChunkSize { vertices, knots, triangles, .. } = self;
+        if vertices.max(knots).max(triangles) >= u64::from(u32::MAX) {
+            return Err(Error::input(format!(
+                "{vertices} vertices, {knots} knots and {triangles} triangles, expected fewer than 2^32 - 1"
+            )));
+        }
+        Ok(())
+    }
+}
+
 /// A tree of the index.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct IndexedTree<'a> {

@@ -34,21 +34,26 @@ pub(super) struct Living<'a> {
 }
 
 impl<'a> Living<'a> {
-    /// No living triangles, of `n_vertices`. Known triangles that are not alive in the span are ignored.
-    pub(super) fn new(n_vertices: usize, known: &'a [Triangle], span: &Range<u32>) -> Self {
+    /// No living triangles, of `n_vertices`; the chunk will have `n_own`. Known triangles that are not alive in the span are ignored.
+    pub(super) fn new(
+        [n_vertices, n_own]: [usize; 2],
+        known: &'a [Triangle],
+        span: &Range<u32>,
+    ) -> Self {
         let (mut births, mut deaths) = (ByRank::new(span), ByRank::new(span));
         for (t, i) in known.iter().zip(0..) {
             births.push(t.birth, i);
             deaths.push(t.death, i);
         }
+        let n_owners = if known.is_empty() { 0 } else { known.len() + n_own };
         Living {
-            holes: Holes::new(n_vertices),
+            holes: Holes::new(n_vertices, known.len() + n_own),
             known,
             births,
             deaths,
             places: vec![ABSENT; known.len()],
-            owners: Vec::new(),
-            own: Vec::new(),
+            owners: Vec::with_capacity(n_owners),
+            own: Vec::with_capacity(n_owners.min(n_own)),
         }
     }
 
@@ -148,17 +153,14 @@ impl<'a> Living<'a> {
         self.owners.push(self.own.len() as u32 - 1);
     }
 
-    /// The vertices of triangle `i` of the chunk.
-    pub(super) fn vertices(&self, i: u32) -> [u32; 3] {
-        self.holes.vertices(number_in(&self.own, i))
-    }
-
     /// The vertices of all triangles of the chunk.
     pub(super) fn into_vertices(self) -> Vec<[u32; 3]> {
-        if self.known.is_empty() {
-            return self.holes.into_vertices();
+        let Living { holes, known, own, .. } = self;
+        let vertices = holes.into_vertices();
+        if known.is_empty() {
+            return vertices;
         }
-        self.own.iter().map(|&t| self.holes.vertices(t)).collect()
+        own.iter().map(|&t| vertices[t as usize]).collect()
     }
 }
 

@@ -20,11 +20,11 @@ pub(super) struct Path {
 }
 
 /// The length of a path.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PathEnd {
-    vertices: usize,
-    knots: usize,
-    triangles: usize,
+    pub(super) vertices: usize,
+    pub(super) knots: usize,
+    pub(super) triangles: usize,
 }
 
 impl Path {

@@ -24,22 +24,10 @@ pub(super) fn read_patch(
     source: &dyn Source,
     isovalues: RangeInclusive<f64>,
 ) -> Result<Patch> {
-    let units = Units::of_file(tables.about.tolerance);
-    let samples = Samples::new(&tables.about.volume, units);
-    let sizes = tables.index.sizes();
-    let bytes = |i: usize| chunk_bytes(tables, source, i);
+    let chunks = Chunks::new(tables, source);
     let n_trees = tables.index.n_trees();
     let decode = |(tree, ranks): &(IndexedTree, RangeInclusive<u32>)| {
-        let decoder = Decoder {
-            tree: *tree,
-            n_chunks: sizes.len(),
-            has_seam: n_trees > 1,
-            isovalues: &tables.isovalues[tree.number],
-            samples: &samples,
-            units,
-            bytes: &bytes,
-        };
-        decoder.decode(ranks.clone())
+        chunks.with_decoder(*tree, |decoder| decoder.decode(ranks.clone()))
     };
     let wanted: Vec<(IndexedTree, RangeInclusive<u32>)> = wanted(tables, &isovalues).collect();
     if let ([tree], 1) = (&wanted[..], n_trees) {
@@ -51,18 +39,58 @@ pub(super) fn read_patch(
         let decoded: Vec<Result<DecodedTree>> = wanted.par_iter().map(decode).collect();
         for (decoded, (tree, _)) in decoded.into_iter().zip(wanted) {
             let DecodedTree { patch, shared } = decoded?;
-            joiner.append(&patch, &shared)?.map_err(|at| {
-                let chunks = tree.chunks();
-                Error::input(format!(
-                    "chunks {} to {}: the vertex at {:?} differs from that of another tree",
-                    chunks.start,
-                    chunks.end - 1,
-                    at.0
-                ))
-            })?;
+            append(&mut joiner, (&patch, &shared), &tree.chunks())?;
         }
     }
     Ok(joiner.finish())
+}
+
+/// Appends the vertices and triangles of some chunks of a tree, and returns the number of each vertex in the whole.
+///
+/// # Errors
+///
+/// [`Error::Input`] if a shared vertex differs from that of another tree, or the whole is too large.
+pub(super) fn append(
+    joiner: &mut Joiner,
+    (patch, shared): (&Patch, &[(u32, u64)]),
+    chunks: &Range<usize>,
+) -> Result<Vec<u32>> {
+    joiner.append(patch, shared)?.map_err(|at| {
+        Error::input(format!(
+            "chunks {} to {}: the vertex at {:?} differs from that of another tree",
+            chunks.start,
+            chunks.end - 1,
+            at.0
+        ))
+    })
+}
+
+/// The chunks of a file, to be decoded.
+pub(super) struct Chunks<'a> {
+    tables: &'a FileTables,
+    source: &'a dyn Source,
+    units: Units,
+    samples: Samples,
+}
+
+impl<'a> Chunks<'a> {
+    pub(super) fn new(tables: &'a FileTables, source: &'a dyn Source) -> Self {
+        let units = Units::of_file(tables.about.tolerance);
+        Chunks { tables, source, units, samples: Samples::new(&tables.about.volume, units) }
+    }
+
+    /// The result of `of` for the decoder of a tree.
+    pub(super) fn with_decoder<R>(&self, tree: IndexedTree, of: impl FnOnce(&Decoder) -> R) -> R {
+        of(&Decoder {
+            tree,
+            n_chunks: self.tables.index.sizes().len(),
+            has_seam: self.tables.index.n_trees() > 1,
+            isovalues: &self.tables.isovalues[tree.number],
+            samples: &self.samples,
+            units: self.units,
+            bytes: &|i| chunk_bytes(self.tables, self.source, i),
+        })
+    }
 }
 
 /// The bytes of a chunk, whose checksum is that of the index.
@@ -109,7 +137,7 @@ pub(super) fn same_chunks(tables: &FileTables, isovalue: f64) -> Range<f64> {
 }
 
 /// The trees with triangles at some isovalues, and their ranks. A single tree is always read.
-fn wanted<'a>(
+pub(super) fn wanted<'a>(
     tables: &'a FileTables,
     isovalues: &RangeInclusive<f64>,
 ) -> impl Iterator<Item = (IndexedTree<'a>, RangeInclusive<u32>)> + 'a {

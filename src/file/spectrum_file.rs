@@ -1,11 +1,12 @@
 //! Reads and writes spectrum files, as a whole or as far as some isovalues need.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use super::container::{FileTables, check_size};
-use super::read_patch::{chunks_at, read_patch, same_chunks};
+use super::read_patch::{Chunks, chunks_at, read_patch, same_chunks};
 use super::source::{Seeking, Source};
 use super::tree::Tree;
 use super::writer::{Packed, TreeWriter, packed};
@@ -87,6 +88,14 @@ fn written(tree: Tree, spectrum: Spectrum) -> Result<Written> {
     Ok(Written { bytes, spectrum, order })
 }
 
+/// The bytes of a file whose chunks have few triangles.
+#[cfg(test)]
+pub(crate) fn to_bytes_in_chunks_of(most: usize, spectrum: Spectrum) -> Vec<u8> {
+    let n_ranks = spectrum.isovalues().len() as u32;
+    let tree = Tree::with_chunks_of(most, spectrum.triangles(), n_ranks);
+    written(tree, spectrum).expect("a valid spectrum").bytes
+}
+
 /// The spectrum in the bytes of a file.
 ///
 /// # Errors
@@ -125,6 +134,7 @@ fn whole(about: About, patch: Patch, size: Size) -> Result<Spectrum> {
 pub struct SpectrumFile {
     path: PathBuf,
     source: Seeking<File>,
+    /// Without events.
     tables: FileTables,
     /// The spectrum without triangles.
     description: Spectrum,
@@ -147,17 +157,33 @@ impl SpectrumFile {
         let (file, n_bytes) = input::open(path)?;
         let source = Seeking::new(file, n_bytes);
         let opened = || {
-            let tables = FileTables::read(&source)?;
-            let description = Spectrum::new(tables.about.clone(), Patch::empty())?;
+            let mut tables = FileTables::read(&source)?;
+            let events = std::mem::take(&mut tables.about.events);
+            let about = About { events, ..tables.about.clone() };
+            let description = Spectrum::new(about, Patch::empty())?;
             Ok((tables, description))
         };
         let (tables, description) = opened().map_err(|e: Error| e.of_file(path))?;
         Ok(SpectrumFile { path: path.to_owned(), source, tables, description })
     }
 
+    /// `n` of its bytes, which exist.
+    pub(super) fn bytes(&self, from: u64, n: u64) -> Result<Cow<'_, [u8]>> {
+        self.source.bytes(from, n).map_err(|e| e.of_file(&self.path))
+    }
+
     /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    pub(super) fn tables(&self) -> &FileTables {
+        &self.tables
+    }
+
+    /// Its chunks, to be decoded.
+    pub(super) fn chunks(&self) -> Chunks<'_> {
+        Chunks::new(&self.tables, &self.source)
     }
 
     /// The description of the spectrum, its range and its events; without isovalues, vertices and triangles.
@@ -181,7 +207,7 @@ impl SpectrumFile {
     ///
     /// [`Error::Input`] if a chunk is damaged or the spectrum does not pass [`Spectrum::check`].
     pub fn read(&self) -> Result<Spectrum> {
-        let about = self.tables.about.clone();
+        let about = self.description.about().clone();
         let read = whole_patch(&self.tables, &self.source)
             .and_then(|patch| whole(about, patch, self.tables.size));
         read.map_err(|e| e.of_file(&self.path))
@@ -197,7 +223,7 @@ impl SpectrumFile {
         let isovalues = interval(isovalues);
         let read = || {
             let patch = read_patch(&self.tables, &self.source, isovalues)?;
-            Spectrum::new(self.tables.about.clone(), patch)
+            Spectrum::new(self.description.about().clone(), patch)
         };
         read().map_err(|e| e.of_file(&self.path))
     }
@@ -209,6 +235,16 @@ impl SpectrumFile {
             let size = self.tables.index.sizes()[i];
             (triangles + size.triangles, bytes + size.bytes)
         })
+    }
+
+    /// The most triangles of the chunks that [`SpectrumFile::read_around`] reads for one isovalue.
+    pub fn most_at_once(&self) -> u64 {
+        let index = &self.tables.index;
+        let starts = index.trees().flat_map(|tree| {
+            let spans = tree.tree.chunks().iter().map(|chunk| chunk.span.start);
+            spans.filter_map(move |rank| self.tables.isovalues[tree.number].get(rank as usize))
+        });
+        starts.map(|&c| self.needed_around(&[c]).0).max().unwrap_or(0)
     }
 
     /// The number of trees of chunks: one for each brick with triangles.

@@ -132,9 +132,10 @@ pub(super) fn read_triangles(
     }
     let mut reader = Reader {
         tables,
-        living: Living::new(path.n_vertices() as usize, &path.triangles, &chunk.span),
+        living: Living::new([path.n_vertices() as usize, n], &path.triangles, &chunk.span),
         traversal,
         lives: Vec::with_capacity(n),
+        caps: Vec::with_capacity(n),
         n_used: n_above,
     };
     match chunk.pivot {
@@ -187,18 +188,12 @@ struct Reader<'a> {
     tables: ChunkTables<'a>,
     living: Living<'a>,
     traversal: TraversalReader,
-    /// By triangle of the chunk.
-    lives: Vec<Life>,
+    /// By triangle of the chunk, where it ends by direction: its death and its birth.
+    lives: Vec<[u32; 2]>,
+    /// By triangle, whether it is a cap.
+    caps: Vec<bool>,
     /// Vertices of the path that are used, or are in chunks above.
     n_used: u32,
-}
-
-/// The lifetime of a triangle, and whether it is a cap.
-#[derive(Clone, Copy)]
-struct Life {
-    /// By direction: death and birth.
-    ends: [u32; 2],
-    cap: bool,
 }
 
 /// No end was found yet.
@@ -221,7 +216,8 @@ impl Reader<'_> {
                 if let Some(death) = death.and_then(|death| u32::try_from(death).ok()) {
                     explicit.push(death, i);
                 }
-                self.lives.push(Life { ends: [NO_END, rank], cap });
+                self.lives.push([NO_END, rank]);
+                self.caps.push(cap);
             }
         }
         Ok(())
@@ -231,13 +227,14 @@ impl Reader<'_> {
         let ChunkTables { chunk, n_isovalues, .. } = self.tables;
         self.living.add_known_at(pivot);
         let n = self.births()?;
-        self.lives.resize(n as usize, Life { ends: [NO_END; 2], cap: false });
+        self.lives.resize(n as usize, [NO_END; 2]);
+        self.caps.resize(n as usize, false);
         let mut down = self.living.downwards();
         for (direction, ends) in ends.iter_mut().enumerate() {
             let end_ranks = self.vertices_by_end(direction);
             let mut explicit = ByRank::new(&chunk.span);
             let last = u64::from(n_isovalues);
-            for (life, i) in self.lives.iter_mut().zip(0..) {
+            for (is_cap, i) in self.caps.iter_mut().zip(0..) {
                 let from = if direction == UPWARDS { pivot } else { n_isovalues - 1 - pivot };
                 let (end, cap) = ends.next(i, from)?;
                 let rank =
@@ -245,7 +242,7 @@ impl Reader<'_> {
                 if let Some(end) = end.and_then(rank).and_then(|end| u32::try_from(end).ok()) {
                     explicit.push(end, i);
                 }
-                life.cap |= cap;
+                *is_cap |= cap;
             }
             if direction == DOWNWARDS {
                 std::mem::swap(&mut self.living, &mut down);
@@ -285,7 +282,7 @@ impl Reader<'_> {
             traversal.dies(candidate, vertices, |v| ranks.is_lattice(v))
         };
         let [found, _] = self.living.deaths(rank, &ended, explicit.at(rank), dies)?;
-        found.into_iter().for_each(|i| self.lives[i as usize].ends[direction] = rank);
+        found.into_iter().for_each(|i| self.lives[i as usize][direction] = rank);
         Ok(())
     }
 
@@ -329,11 +326,12 @@ impl Reader<'_> {
 
     /// The triangles, whose lifetimes must be within the trajectories of their vertices.
     fn end(self) -> Result<Vec<Triangle>> {
-        let Reader { tables, living, traversal, lives, .. } = self;
+        let Reader { tables, living, traversal, lives, caps, .. } = self;
         traversal.end()?;
-        let mut triangles = Vec::with_capacity(lives.len());
-        for (i, Life { ends: [death, birth], cap }) in (0..).zip(lives) {
-            let vertices = living.vertices(i);
+        // All else of the mesh is dropped before.
+        let vertices = living.into_vertices();
+        let mut triangles = Vec::with_capacity(vertices.len());
+        for ((vertices, [death, birth]), cap) in vertices.into_iter().zip(lives).zip(caps) {
             let is_within = birth != NO_END
                 && death != NO_END
                 && birth < death

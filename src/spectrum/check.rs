@@ -1,7 +1,7 @@
 //! Checks the invariants of a spectrum.
 
 use super::data::Spectrum;
-use super::elements::Triangle;
+use super::elements::{Collapse, Triangle};
 use crate::error::{Error, Result};
 
 /// Largest absolute coordinate of a position, voxels. Far beyond any volume, and 2^30 quanta, so
@@ -31,24 +31,7 @@ impl Spectrum {
             self.check_triangle(triangle)
                 .map_err(|what| Error::input(format!("triangle {i}: {what}")))?;
         }
-        for (i, collapse) in self.collapses().iter().enumerate() {
-            let n = self.n_vertices() as u64;
-            let exists = u64::from(collapse.vertex.max(collapse.target)) < n;
-            if !exists || collapse.vertex == collapse.target {
-                return Err(Error::input(format!(
-                    "collapse {i}: vertex {} onto {}, expected two different vertices below {n}",
-                    collapse.vertex, collapse.target
-                )));
-            }
-            if collapse.rank as usize >= self.isovalues().len() {
-                return Err(Error::input(format!(
-                    "collapse {i}: rank {}, expected one of {} isovalues",
-                    collapse.rank,
-                    self.isovalues().len()
-                )));
-            }
-        }
-        Ok(())
+        check_collapses(self.collapses(), self.n_vertices() as u64, self.isovalues().len())
     }
 
     fn check_description(&self) -> Result<()> {
@@ -176,4 +159,30 @@ impl Spectrum {
         }
         Ok(())
     }
+}
+
+/// Checks the collapses of a spectrum with so many vertices and isovalues, as [`Spectrum::check`].
+///
+/// # Errors
+///
+/// As there.
+pub(crate) fn check_collapses(
+    collapses: &[Collapse],
+    n_vertices: u64,
+    n_isovalues: usize,
+) -> Result<()> {
+    for (i, collapse) in collapses.iter().enumerate() {
+        let Collapse { vertex, target, rank, .. } = *collapse;
+        if u64::from(vertex.max(target)) >= n_vertices || vertex == target {
+            return Err(Error::input(format!(
+                "collapse {i}: vertex {vertex} onto {target}, expected two different vertices below {n_vertices}"
+            )));
+        }
+        if rank as usize >= n_isovalues {
+            return Err(Error::input(format!(
+                "collapse {i}: rank {rank}, expected one of {n_isovalues} isovalues"
+            )));
+        }
+    }
+    Ok(())
 }

@@ -39,7 +39,7 @@ impl Joiner {
         joiner
     }
 
-    /// Appends a patch. `shared` are its shared vertices, ascending, with their keys.
+    /// Appends a patch, and returns the number of each of its vertices in the whole. `shared` are its shared vertices, ascending, with their keys.
     ///
     /// # Errors
     ///
@@ -48,7 +48,7 @@ impl Joiner {
         &mut self,
         patch: &Patch,
         shared: &[(u32, u64)],
-    ) -> Result<std::result::Result<(), VertexMismatch>> {
+    ) -> Result<std::result::Result<Vec<u32>, VertexMismatch>> {
         let too_many = |_| Error::input("2^32 knots, triangles or isovalues or more in all parts");
         let whole = &mut self.whole;
         let base = u32::try_from(whole.isovalues.len()).map_err(too_many)?;
@@ -85,7 +85,7 @@ impl Joiner {
             death: t.death + base,
             cap: t.cap,
         }));
-        Ok(Ok(()))
+        Ok(Ok(numbers))
     }
 
     /// All patches as one.

@@ -39,131 +39,139 @@ pub struct Coherence {
     pub events: Vec<EventCoherence>,
 }
 
-/// Lifetimes by rank.
-struct Lifetimes<'a> {
-    spectrum: &'a Spectrum,
-    /// Per rank: triangles born at it, or before; triangles dead at it, or before.
+/// The intervals of ranks just around the events of one isovalue.
+#[derive(Clone)]
+struct Window {
+    isovalue: f64,
+    n_events: usize,
+    /// The number of ranks before it, and of those before its end.
+    from: usize,
+    to: usize,
+}
+
+/// When triangles are born and die. Lifetimes are added one by one, in any order.
+#[derive(Clone)]
+pub(super) struct Lifetimes {
+    range: (f64, f64),
+    /// Isovalues of events, increasing.
+    events: Vec<f64>,
+    isovalues: Vec<f64>,
+    /// Per rank: triangles born at it; triangles that die at it.
     born: Vec<u64>,
     dead: Vec<u64>,
-    /// Births of the triangles, sorted by the rank of their death.
-    births: Vec<u32>,
+    /// By isovalue.
+    windows: Vec<Window>,
+    /// Per rank: the windows that begin at or before it; those that end at or before it.
+    begun: Vec<u32>,
+    ended: Vec<u32>,
+    /// By window, triangles alive before it that die in it, minus those of the window before.
+    lost: Vec<i64>,
 }
 
-impl<'a> Lifetimes<'a> {
-    fn of(spectrum: &'a Spectrum) -> Self {
-        let n = spectrum.isovalues().len();
-        let (mut born, mut dead) = (vec![0u64; n], vec![0u64; n]);
-        for triangle in spectrum.triangles() {
-            born[triangle.birth as usize] += 1;
-            dead[triangle.death as usize] += 1;
+impl Lifetimes {
+    /// No lifetimes yet, of the spectrum with this range and these events, whose ranks have these isovalues.
+    pub(super) fn new(about: &Spectrum, isovalues: Vec<f64>) -> Self {
+        let (low, high) = about.range();
+        let just = JUST * (high - low);
+        let mut events: Vec<f64> = about.events().iter().map(|e| e.isovalue).collect();
+        events.sort_by(f64::total_cmp);
+        let ranks_until = |isovalue: f64| isovalues.partition_point(|&c| c <= isovalue);
+        let is_inside = |c: f64| c - just > low && c + just < high;
+        let windows =
+            events.chunk_by(|a, b| a == b).filter(|same| is_inside(same[0])).map(|same| {
+                let (from, to) = (ranks_until(same[0] - just), ranks_until(same[0] + just));
+                Window { isovalue: same[0], n_events: same.len(), from, to }
+            });
+        let windows: Vec<Window> = windows.collect();
+        let n = isovalues.len();
+        let at_or_before = |of: fn(&Window) -> usize| {
+            let count = |rank: usize| windows.partition_point(|w| of(w) <= rank) as u32;
+            (0..n).map(count).collect()
+        };
+        let (begun, ended) = (at_or_before(|w| w.from), at_or_before(|w| w.to));
+        let lost = vec![0; windows.len() + 1];
+        let (born, dead) = (vec![0; n], vec![0; n]);
+        let range = (low, high);
+        Lifetimes { range, events, isovalues, born, dead, windows, begun, ended, lost }
+    }
+
+    /// Adds a triangle by the ranks of its birth and its death.
+    pub(super) fn add(&mut self, birth: u32, death: u32) {
+        let (birth, death) = (birth as usize, death as usize);
+        self.born[birth] += 1;
+        self.dead[death] += 1;
+        // It dies in the windows that have begun and not ended, and is alive before those that begin after its birth.
+        let first = self.ended[death].max(self.begun[birth]);
+        let end = self.begun[death];
+        if first < end {
+            self.lost[first as usize] += 1;
+            self.lost[end as usize] -= 1;
         }
-        for r in 1..n {
-            born[r] += born[r - 1];
-            dead[r] += dead[r - 1];
+    }
+
+    /// The coherence of the spectrum at its events.
+    pub(super) fn coherence(&self) -> Coherence {
+        // Triangles born and dead in the first ranks.
+        let summed = |counts: &[u64]| {
+            let sums = counts.iter().scan(0, |sum, n| {
+                *sum += n;
+                Some(*sum)
+            });
+            std::iter::once(0).chain(sums).collect::<Vec<u64>>()
+        };
+        let (born, dead) = (summed(&self.born), summed(&self.dead));
+        let changes_in = |from: usize, to: usize| born[to] - born[from] + dead[to] - dead[from];
+        let mut found = Coherence::default();
+        // The windows may overlap; each change counts once.
+        let (mut changes, mut counted, mut lost) = (0, 0, 0);
+        for (window, more_lost) in self.windows.iter().zip(&self.lost) {
+            let &Window { isovalue, n_events, from, to } = window;
+            changes += changes_in(from.max(counted).min(to), to);
+            counted = to.max(counted);
+            lost += more_lost;
+            let [before, after] = [from, to].map(|ranks| born[ranks] - dead[ranks]);
+            let survived = before - lost as u64;
+            found.events.push(EventCoherence { isovalue, n_events, before, after, survived });
         }
-        let mut by_death: Vec<(u32, u32)> =
-            spectrum.triangles().iter().map(|t| (t.death, t.birth)).collect();
-        by_death.sort_unstable();
-        Lifetimes { spectrum, born, dead, births: by_death.into_iter().map(|t| t.1).collect() }
+        let sum = |of: fn(&EventCoherence) -> u64| found.events.iter().map(of).sum::<u64>();
+        let (before, survived) = (sum(|e| e.before), sum(|e| e.survived));
+        found.survived_share = (before > 0).then(|| survived as f64 / before as f64);
+        let all = changes_in(0, self.isovalues.len());
+        found.changes_at_events_share = (all > 0).then(|| changes as f64 / all as f64);
+        found
     }
 
-    /// The number of ranks at or below an isovalue.
-    fn ranks_until(&self, isovalue: f64) -> usize {
-        self.spectrum.isovalues().partition_point(|&c| c <= isovalue)
+    /// Isovalues just before and just after those at which most triangles are born
+    /// or die, away from events; at most `n` pairs, ascending.
+    pub(super) fn busiest_elsewhere(&self, n: usize) -> Vec<(f64, f64)> {
+        let (low, high) = self.range;
+        let just = JUST * (high - low);
+        let is_near_event = |c: f64| {
+            let next = self.events.partition_point(|&e| e < c - 2.0 * just);
+            self.events.get(next).is_some_and(|&e| e <= c + 2.0 * just)
+        };
+        let changes = |r: usize| self.born[r] + self.dead[r];
+        let mut ranks: Vec<usize> = (0..self.isovalues.len())
+            .filter(|&r| {
+                let c = self.isovalues[r];
+                changes(r) > 0 && c - just > low && c + just < high && !is_near_event(c)
+            })
+            .collect();
+        ranks.sort_by_key(|&r| (std::cmp::Reverse(changes(r)), r));
+        ranks.truncate(n);
+        ranks.sort_unstable();
+        ranks.into_iter().map(|r| self.isovalues[r]).map(|c| (c - just, c + just)).collect()
     }
-
-    /// Alive, born so far and dead so far after the first `ranks` ranks.
-    fn after(&self, ranks: usize) -> (u64, u64, u64) {
-        let last = ranks.checked_sub(1);
-        let (born, dead) = last.map_or((0, 0), |r| (self.born[r], self.dead[r]));
-        (born - dead, born, dead)
-    }
-
-    /// Of the triangles alive after `from` ranks, those alive after `to` ranks.
-    fn survived(&self, from: usize, to: usize) -> u64 {
-        let ((alive, _, dead_before), (_, _, dead_after)) = (self.after(from), self.after(to));
-        let died = &self.births[dead_before as usize..dead_after as usize];
-        alive - died.iter().filter(|&&birth| (birth as usize) < from).count() as u64
-    }
-}
-
-/// The coherence of a spectrum at its events.
-pub(super) fn coherence(spectrum: &Spectrum) -> Coherence {
-    let (low, high) = spectrum.range();
-    let just = JUST * (high - low);
-    let lifetimes = Lifetimes::of(spectrum);
-    let mut isovalues: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
-    isovalues.retain(|c| c - just > low && c + just < high);
-    isovalues.sort_by(f64::total_cmp);
-    let mut found = Coherence::default();
-    // The intervals around events may overlap; each change counts once.
-    let (mut changes, mut counted) = (0, 0);
-    for same in isovalues.chunk_by(|a, b| a == b) {
-        let isovalue = same[0];
-        let from = lifetimes.ranks_until(isovalue - just);
-        let to = lifetimes.ranks_until(isovalue + just);
-        let (before, after) = (lifetimes.after(from), lifetimes.after(to));
-        let start = lifetimes.after(from.max(counted).min(to));
-        changes += after.1 - start.1 + after.2 - start.2;
-        counted = to.max(counted);
-        found.events.push(EventCoherence {
-            isovalue,
-            n_events: same.len(),
-            before: before.0,
-            after: after.0,
-            survived: lifetimes.survived(from, to),
-        });
-    }
-    let sum = |of: fn(&EventCoherence) -> u64| found.events.iter().map(of).sum::<u64>();
-    let (before, survived) = (sum(|e| e.before), sum(|e| e.survived));
-    found.survived_share = (before > 0).then(|| survived as f64 / before as f64);
-    let all = 2 * spectrum.triangles().len();
-    found.changes_at_events_share = (all > 0).then(|| changes as f64 / all as f64);
-    found
-}
-
-/// Isovalues just before and just after those at which most triangles are born
-/// or die, away from events; at most `n` pairs, ascending.
-pub(super) fn busiest_elsewhere(spectrum: &Spectrum, n: usize) -> Vec<(f64, f64)> {
-    let (low, high) = spectrum.range();
-    let just = JUST * (high - low);
-    let mut events: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
-    events.sort_by(f64::total_cmp);
-    let is_near_event = |c: f64| {
-        let next = events.partition_point(|&e| e < c - 2.0 * just);
-        events.get(next).is_some_and(|&e| e <= c + 2.0 * just)
-    };
-    let mut changes = vec![0u64; spectrum.isovalues().len()];
-    for triangle in spectrum.triangles() {
-        changes[triangle.birth as usize] += 1;
-        changes[triangle.death as usize] += 1;
-    }
-    let mut ranks: Vec<usize> = (0..changes.len())
-        .filter(|&r| {
-            let c = spectrum.isovalues()[r];
-            changes[r] > 0 && c - just > low && c + just < high && !is_near_event(c)
-        })
-        .collect();
-    ranks.sort_by_key(|&r| (std::cmp::Reverse(changes[r]), r));
-    ranks.truncate(n);
-    ranks.sort_unstable();
-    ranks.into_iter().map(|r| spectrum.isovalues()[r]).map(|c| (c - just, c + just)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::{About, Event, EventKind, Patch, Triangle, VolumeInfo};
+    use crate::spectrum::{About, Event, EventKind, Patch, VolumeInfo};
     use crate::volume::{Outside, Placement};
 
     /// Triangles by birth and death in ranks, one rank for each whole isovalue from 0 to 10.
-    fn spectrum(lifetimes: &[(u32, u32)], events: &[f64]) -> Spectrum {
-        let triangle = |&(birth, death): &(u32, u32)| Triangle {
-            vertices: [0, 1, 2],
-            birth,
-            death,
-            cap: false,
-        };
+    fn of(lives: &[(u32, u32)], events: &[f64]) -> Lifetimes {
         let event = |&isovalue: &f64| Event {
             isovalue,
             position: [0.0; 3],
@@ -180,21 +188,16 @@ mod tests {
         };
         let events = events.iter().map(event).collect();
         let about = About { events, ..About::new(info, (0.0, 10.0), 0.1) };
-        let patch = Patch {
-            isovalues: (0..=10).map(f64::from).collect(),
-            first_knot: vec![0; 4],
-            triangles: lifetimes.iter().map(triangle).collect(),
-            ..Patch::default()
-        };
-        // Positions do not matter here, so there are none.
-        Spectrum::unchecked(about, patch)
+        let about = Spectrum::unchecked(about, Patch::empty());
+        let mut lifetimes = Lifetimes::new(&about, (0..=10).map(f64::from).collect());
+        lives.iter().for_each(|&(birth, death)| lifetimes.add(birth, death));
+        lifetimes
     }
 
     #[test]
     fn triangles_alive_on_both_sides_of_an_event_survive_it() {
         // At 5: one dies, two live on, one is born; one has died before.
-        let s = spectrum(&[(0, 5), (0, 9), (3, 7), (5, 8), (1, 4)], &[5.0, 5.0]);
-        let found = coherence(&s);
+        let found = of(&[(0, 5), (0, 9), (3, 7), (5, 8), (1, 4)], &[5.0, 5.0]).coherence();
         let [at] = found.events[..] else { panic!("{found:?}") };
         assert_eq!((at.n_events, at.before, at.after, at.survived), (2, 3, 3, 2));
         assert_eq!(found.survived_share, Some(2.0 / 3.0));
@@ -204,16 +207,16 @@ mod tests {
 
     #[test]
     fn births_and_deaths_away_from_events_are_elsewhere() {
-        let s = spectrum(&[(0, 5), (2, 9), (2, 5), (3, 5)], &[5.0]);
-        let pairs = busiest_elsewhere(&s, 1);
+        let lifetimes = of(&[(0, 5), (2, 9), (2, 5), (3, 5)], &[5.0]);
+        let pairs = lifetimes.busiest_elsewhere(1);
         let [(before, after)] = pairs[..] else { panic!("{pairs:?}") };
         assert!(before < 2.0 && 2.0 < after);
-        assert_eq!(busiest_elsewhere(&s, 10).len(), 3);
+        assert_eq!(lifetimes.busiest_elsewhere(10).len(), 3);
     }
 
     #[test]
     fn without_events_there_is_no_survival() {
-        let found = coherence(&spectrum(&[(0, 9)], &[]));
+        let found = of(&[(0, 9)], &[]).coherence();
         assert_eq!((found.survived_share, found.events.len()), (None, 0));
         assert_eq!(found.changes_at_events_share, Some(0.0));
     }

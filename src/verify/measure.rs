@@ -100,23 +100,23 @@ fn stride(n: usize, most: usize) -> usize {
 /// Measures one in `every` triangles of a mesh, without its vertices and the coverage of the isosurface.
 fn of_triangles(volume: &Volume, isovalue: f64, mesh: &Mesh, every: usize) -> Geometry {
     let mut geometry = Geometry::new();
+    let corners = |triangle: [u32; 3]| triangle.map(|v| mesh.positions[v as usize].map(f64::from));
     let mut measured = Vec::with_capacity(mesh.triangles.len() / every);
     let proper = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
     for (triangle, _) in proper.step_by(every) {
-        let corners = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
-        if corners.iter().all(|&p| is_inside(volume, p)) {
-            geometry
-                .radius_ratio
-                .add_weighted(radius_ratio(corners.map(DVec3::from)), every as u64);
-            measured.push(corners);
+        let places = corners(*triangle);
+        if places.iter().all(|&p| is_inside(volume, p)) {
+            geometry.radius_ratio.add_weighted(radius_ratio(places.map(DVec3::from)), every as u64);
+            measured.push(*triangle);
         }
     }
     geometry.inverted = measured
         .par_iter()
-        .filter(|&&c| is_inverted(volume, barycentre(c), area_vector(c)))
+        .map(|&triangle| corners(triangle))
+        .filter(|&c| is_inverted(volume, barycentre(c), area_vector(c)))
         .count() as u64
         * every as u64;
-    let distances = measured.par_iter().map(|&c| barycentre_distance(volume, isovalue, c));
+    let distances = measured.par_iter().map(|&t| barycentre_distance(volume, isovalue, corners(t)));
     add_all(&mut geometry.barycentre_deviation, distances.collect(), every);
     geometry
 }

@@ -10,9 +10,6 @@ use super::geometry::{
 };
 use crate::spectrum::Mesh;
 
-/// The bit by which numbers with a sign are in the order of those without.
-const SIGN: u32 = 1 << 31;
-
 /// The triangles of one mesh, by cell.
 pub(super) struct TriangleGrid<'a> {
     positions: Vec<Point>,
@@ -65,23 +62,61 @@ impl Rows {
     }
 }
 
+/// Numbers of the cells of a box: by j, then i, then k.
+struct CellNumbers {
+    lowest: [i32; 3],
+    n: [u64; 3],
+}
+
+impl CellNumbers {
+    /// Of the cells with some positions, and those between.
+    fn of(positions: &[Point], cell_size: f64) -> Self {
+        let nothing = ([i32::MAX; 3], [i32::MIN; 3]);
+        let (lowest, highest) = positions.iter().fold(nothing, |(low, high), &p| {
+            let cell = cell_of(p, cell_size);
+            let each =
+                |of: fn(i32, i32) -> i32, a: [i32; 3]| std::array::from_fn(|x| of(a[x], cell[x]));
+            (each(i32::min, low), each(i32::max, high))
+        });
+        let n = |a: usize| (i64::from(highest[a]) - i64::from(lowest[a]) + 1).max(0) as u64;
+        CellNumbers { lowest, n: [0, 1, 2].map(n) }
+    }
+
+    fn n_cells(&self) -> u128 {
+        self.n.iter().map(|&n| u128::from(n)).product()
+    }
+
+    fn of_cell(&self, cell: [i32; 3]) -> u64 {
+        let [i, j, k] = [0, 1, 2].map(|a| i64::from(cell[a]) - i64::from(self.lowest[a]));
+        (j as u64 * self.n[0] + i as u64) * self.n[2] + k as u64
+    }
+
+    fn cell(&self, number: u64) -> [i32; 3] {
+        let (row, k) = (number / self.n[2], number % self.n[2]);
+        let offsets = [row % self.n[0], row / self.n[0], k];
+        std::array::from_fn(|a| self.lowest[a] + offsets[a] as i32)
+    }
+}
+
 impl<'a> TriangleGrid<'a> {
     /// Sorts the triangles of a mesh into cells about as large as its edges, one voxel at least.
     pub(super) fn new(mesh: &'a Mesh) -> Self {
         let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
-        let cell_size = median_edge(&positions, &mesh.triangles).max(1.0);
-        // j, i, k and the triangle as one number, which is sorted faster.
-        let mut all: Vec<u128> = Vec::with_capacity(2 * mesh.triangles.len());
-        let pack = |cell: [i32; 3], t: u32| {
-            let row = cell.iter().fold(0, |row, &x| row << 32 | u128::from(x as u32 ^ SIGN));
-            row << 32 | u128::from(t)
-        };
+        let mut cell_size = median_edge(&positions, &mesh.triangles).max(1.0);
+        let mut numbers = CellNumbers::of(&positions, cell_size);
+        while numbers.n_cells() > 1 << 32 {
+            cell_size *= 2.0;
+            numbers = CellNumbers::of(&positions, cell_size);
+        }
+        // The numbers of cell and triangle as one number, which is sorted faster.
+        let mut all: Vec<u64> = Vec::with_capacity(2 * mesh.triangles.len());
         for (t, triangle) in mesh.triangles.iter().enumerate() {
             let (low, high) = bounds(triangle.map(|v| positions[v as usize]));
             let (low, high) = (cell_of(low, cell_size), cell_of(high, cell_size));
             for i in low[0]..=high[0] {
                 for j in low[1]..=high[1] {
-                    all.extend((low[2]..=high[2]).map(|k| pack([j, i, k], t as u32)));
+                    let cells = (low[2]..=high[2]).map(|k| numbers.of_cell([i, j, k]));
+                    all.extend(cells.map(|cell| cell << 32 | t as u64));
                 }
             }
         }
@@ -89,10 +124,10 @@ impl<'a> TriangleGrid<'a> {
         let (mut places, mut cells) = (Vec::new(), Vec::new());
         let mut first = 0;
         for group in all.chunk_by(|a, b| a >> 32 == b >> 32) {
-            let [j, i, k] = [96, 64, 32].map(|shift| ((group[0] >> shift) as u32 ^ SIGN) as i32);
+            let place = numbers.cell(group[0] >> 32);
             let end = first + group.len() as u32;
-            places.push([i, j, k]);
-            cells.push(Cell { k, first, end });
+            places.push(place);
+            cells.push(Cell { k: place[2], first, end });
             first = end;
         }
         let entries = all.into_iter().map(|entry| entry as u32).collect();

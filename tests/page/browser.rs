@@ -131,11 +131,11 @@ fn folder_with_pages() -> Folder {
     let (low, high) = spectrum.range();
     let isovalues = SHARES.map(|share| low * (1.0 - share) + high * share);
     // Two processes at a time, as many as there are processors on a small machine.
-    let (components, linked) = std::thread::scope(|scope| {
+    let (components, bricks, linked) = std::thread::scope(|scope| {
         let others = scope.spawn(|| {
-            write_noise(&folder);
+            let bricks = write_noise(&folder);
             write_ball(&folder);
-            (components_of_noise(&folder), write_linked(&folder))
+            (components_of_noise(&folder), bricks, write_linked(&folder))
         });
         write_torus(&folder);
         write_tall(&folder);
@@ -164,6 +164,7 @@ fn folder_with_pages() -> Folder {
         "step": DEFAULT_STEP,
         "shaded": { "page.html": [], "noise.html": [] },
         "components": components,
+        "bricks": bricks,
         "linked": linked,
         "colors": isovalues[1],
         "events": events,
@@ -286,13 +287,22 @@ fn noise(n: usize) -> Vec<u8> {
     (0..n).map(random).collect()
 }
 
-/// The page of a volume of noise.
-fn write_noise(folder: &Folder) {
+/// The page of a volume of noise; a file of it in bricks, a page that is linked to that, and meshes of it. Returns their isovalues.
+fn write_noise(folder: &Folder) -> serde_json::Value {
     folder.write("noise_9x9x9_uint8.raw", &noise(9 * 9 * 9));
     folder.run(&["compute", "-q", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
     folder.run(&["html", "noise.isp", "-o", "noise.html"]);
     let in_bricks = ["compute", "-q", "noise_9x9x9_uint8.raw", "-o", "bricks.isp", "--brick", "4"];
     folder.run(&[&in_bricks[..], &["--backend", "cpu"]].concat());
+    folder.run(&["html", "bricks.isp", "--link", "bricks.isp", "-o", "linked-bricks.html"]);
+    let spectrum = file::from_bytes(&folder.read("bricks.isp")).expect("just written");
+    let (low, high) = spectrum.range();
+    let isovalues = LINKED_SHARES.map(|share| low * (1.0 - share) + high * share);
+    for (i, isovalue) in isovalues.iter().map(f64::to_string).enumerate() {
+        let mesh = format!("bricks-{i}.ply");
+        folder.run(&["extract", "bricks.isp", "-c", &isovalue, "-o", &mesh]);
+    }
+    serde_json::json!({ "isovalues": isovalues })
 }
 
 /// The components of the noise as the program lists them, and a mesh of the largest ones.

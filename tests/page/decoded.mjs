@@ -8,7 +8,7 @@ import { folder } from "./browser.mjs";
 const SCRIPTS = ["unpack", "coder", "file", "connectivity", "samples", "trajectories", "active", "normals", "surface", "mesh", "container", "chunk"];
 const text = SCRIPTS.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
 
-const NAMES = ["bytesOfBase64", "spectrumOf", "ActiveSet", "Query", "sectionIn", "contentOf", "isovaluesOf", "chunksOf", "quantumOf",
+const NAMES = ["bytesOfBase64", "spectrumOf", "ActiveSet", "Query", "sectionIn", "contentOf", "Columns", "isovaluesOf", "chunksOf", "quantumOf",
     "Samples", "decodedChunk", "joined", "crc32Of"];
 const scripts = new Function(`${text.join("\n")}\nreturn { ${NAMES.join(", ")} };`)();
 export const { bytesOfBase64, spectrumOf, ActiveSet, Query } = scripts;
@@ -34,8 +34,8 @@ export async function spectrumFile(name) {
         rest = section.rest;
     }
     const { tolerance, volume } = JSON.parse(new TextDecoder().decode(tables.INFO));
-    const isovalues = scripts.isovaluesOf(tables.ISOV);
-    const chunks = scripts.chunksOf(tables.INDX, isovalues.length);
+    const isovalues = scripts.isovaluesOf(new scripts.Columns(tables.ISOV));
+    const chunks = scripts.chunksOf(tables.INDX, [isovalues.length]);
     const quantum = scripts.quantumOf(tolerance);
     const samples = new scripts.Samples(volume, 1 / quantum);
     const decode = () => {

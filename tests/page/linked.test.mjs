@@ -115,6 +115,18 @@ test("meshes are those that extract writes", async () => {
     await context.close();
 });
 
+test("a page that is linked to a file of bricks has the meshes that extract writes", async () => {
+    const { page, context, complaints } = await opened(`${site.origin}/linked-bricks.html${HASH}`);
+    for (const [i, isovalue] of expected.bricks.isovalues.entries()) {
+        await shown(page, isovalue);
+        const mesh = await saved(page);
+        assertClosedManifold(mesh);
+        assertSameMesh(mesh, parsePly(readFileSync(join(folder, `bricks-${i}.ply`))));
+    }
+    assert.deepEqual(complaints, []);
+    await context.close();
+});
+
 test("until an isovalue is loaded the nearest one is shown, and what is no longer wanted is not waited for", async () => {
     const { page, context, complaints } = await opened();
     const { low, high } = await state(page);

@@ -84,6 +84,31 @@ test("a dropped file takes the place of the page's own spectrum, with its meshes
     await close();
 });
 
+test("a file of bricks has closed meshes, those of extract, and as many components as the whole", async () => {
+    const { page, close } = await watched(browser, { acceptDownloads: true });
+    await open(page, { renderer: "webgl2" });
+    await choose(page, "bricks.isp");
+    await shown(page, "bricks");
+    const { low, high } = await state(page);
+    const { curves } = decodedPage("noise.html").about;
+    for (const share of [0.25, 0.5, 0.75]) {
+        await showLoaded(page, low * (1 - share) + high * share);
+        const at = share * (curves.area.length - 1);
+        const texts = await page.locator("#strips dd").allTextContents();
+        const [, , components, euler] = texts.map((text) => Number(text.replaceAll(",", "")));
+        assert.deepEqual([components, euler], [curves.components[at], curves.euler[at]]);
+    }
+    for (const [i, c] of expected.bricks.isovalues.entries()) {
+        await showLoaded(page, c);
+        const started = page.waitForEvent("download");
+        await page.locator("[data-format=ply]").click();
+        const mesh = parsePly(readFileSync(await (await started).path()));
+        assertClosedManifold(mesh);
+        assertSameMesh(mesh, parsePly(readFileSync(join(folder, `bricks-${i}.ply`))));
+    }
+    await close();
+});
+
 test("a second file takes the place of the first, keys and buttons act once, and it looks as its page does", async () => {
     const { page, close } = await watched(browser);
     await open(page, { renderer: "webgl2" });
@@ -125,7 +150,6 @@ test("a file that cannot be shown is reported in one line, and the picture stays
         ["d.isp", flipped(100), "d.isp: chunk 0 is damaged, or of another file: its checksum is wrong"],
         ["e.isp", flipped(bytes.length - 60), "e.isp: section INDX is damaged: its checksum is wrong"],
         ["f.isp", flipped(bytes.length - 14), "f.isp: section INFO is missing"],
-        ["bricks.isp", undefined, "bricks.isp: was computed in bricks; `isospectrum convert` writes a file that a page opens"],
     ]) {
         await choose(page, name, buffer);
         await page.waitForFunction((text) => document.getElementById("message").textContent === text, reason, { timeout: 10_000 })

@@ -3,9 +3,9 @@
 use std::sync::{Arc, LazyLock};
 
 use super::*;
-use crate::file::FileQuery;
 use crate::file::container::write_end;
 use crate::file::index::Index;
+use crate::file::{FileQuery, FileWalk, copy};
 use crate::kernels::{Backend, Choice};
 use crate::progress::Silent;
 use crate::random::Random;
@@ -180,7 +180,11 @@ fn changed_bytes_of_chunks_under_checksums_that_fit_are_refused_or_still_valid()
         let crc = crc32fast::hash(&[&section[..24], &section[28..]].concat());
         section[24..28].copy_from_slice(&crc.to_le_bytes());
         chunks[i] = sections.concat();
-        match from_bytes(&with_chunks(&bytes, &tables, &chunks)) {
+        let changed = with_chunks(&bytes, &tables, &chunks);
+        let read = from_bytes(&changed);
+        let copied = opened(&changed, |file| copy(&file, &mut Vec::new()));
+        assert_eq!(copied.is_ok(), read.is_ok(), "{copied:?}, {:?}", read.err());
+        match read {
             Ok(spectrum) => {
                 spectrum.check().expect("what is read is valid");
                 n_read += 1;
@@ -189,4 +193,66 @@ fn changed_bytes_of_chunks_under_checksums_that_fit_are_refused_or_still_valid()
         }
     }
     assert!(n_read > 0, "all were refused");
+}
+
+/// The result of `of` for an open file with these bytes.
+fn opened<R>(bytes: &[u8], of: impl FnOnce(Arc<SpectrumFile>) -> R) -> R {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("s.isp");
+    std::fs::write(&path, bytes).expect("writable");
+    of(Arc::new(SpectrumFile::open(&path).expect("its tables are valid")))
+}
+
+#[test]
+fn a_walk_reads_each_chunk_once_and_has_the_meshes_of_the_whole_on_its_way() {
+    let (spectrum, bytes, _) = in_chunks();
+    let mut whole = Query::new(&spectrum);
+    let (low, high) = spectrum.range();
+    opened(&bytes, |file| {
+        let mut walk = FileWalk::counting(file);
+        let mut lives = Vec::new();
+        for c in (0..50).map(|i| low + (high - low) * f64::from(i) / 49.0) {
+            walk.up_to(c, &mut |birth, death| lives.push((birth, death))).expect("valid");
+            let part = walk.spectrum().expect("valid");
+            let mut query = Query::for_some(&*part, 1);
+            assert_eq!(query.mesh_at(c).expect("inside"), whole.mesh_at(c).expect("inside"));
+            // Numbers of vertices in the file are those of the whole.
+            let numbers = query.parts().0.iter().map(|&v| walk.number_of(v));
+            let expected = whole.parts().0.iter().map(|&v| u64::from(v));
+            assert!(numbers.eq(expected), "at {c}");
+        }
+        walk.finish(&mut |birth, death| lives.push((birth, death))).expect("valid");
+        // Going back reads chunks again, and counts none twice.
+        walk.to(low, &mut |_, _| panic!("counted twice")).expect("valid");
+        let mut expected: Vec<(u32, u32)> =
+            spectrum.triangles().iter().map(|t| (t.birth, t.death)).collect();
+        expected.sort_unstable();
+        lives.sort_unstable();
+        assert!(lives == expected, "{} of {} lifetimes", lives.len(), expected.len());
+        assert_eq!(walk.isovalues(), spectrum.isovalues());
+    });
+}
+
+#[test]
+fn a_copy_has_the_same_bytes_and_a_wrong_size_is_found() {
+    let (spectrum, bytes, _) = in_chunks();
+    let mut copied = Vec::new();
+    opened(&bytes, |file| copy(&file, &mut copied)).expect("valid");
+    assert!(copied == bytes);
+    let most = Size::of(&spectrum).most_triangles;
+    let [text, wrong] = [most, most - 1].map(|n| format!("\"most_triangles\":{n},"));
+    assert_eq!(text.len(), wrong.len());
+    let at = bytes.windows(text.len()).position(|window| window == text.as_bytes());
+    let at = at.expect("INFO is text");
+    let start = bytes[..at].windows(4).rposition(|window| window == b"INFO").expect("before it");
+    let mut changed = bytes;
+    changed[at..at + text.len()].copy_from_slice(wrong.as_bytes());
+    let n = u64::from_le_bytes(changed[start + 8..start + 16].try_into().expect("eight bytes"));
+    let section = &changed[start..start + 28 + n as usize];
+    let crc = crc32fast::hash(&[&section[..24], &section[28..]].concat());
+    changed[start + 24..start + 28].copy_from_slice(&crc.to_le_bytes());
+    let error = opened(&changed, |file| copy(&file, &mut Vec::new())).expect_err("a wrong size");
+    let expected = format!("section INFO: {} triangles at an isovalue, found {most}", most - 1);
+    assert!(error.to_string().ends_with(&expected), "{error}");
+    assert_eq!(from_bytes(&changed).expect_err("a wrong size").to_string(), expected);
 }
