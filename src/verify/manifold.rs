@@ -36,12 +36,21 @@ impl MeshTopology {
     }
 }
 
-/// A half-edge at the smaller one of its ends: the larger one, its direction, and the corners of its triangle at the two ends.
+/// A half-edge at the smaller one of its ends: the larger one, and the corner of its triangle where it starts.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct HalfEdge {
     larger: u32,
-    forward: bool,
-    corners: [u32; 2],
+    start: u32,
+}
+
+impl HalfEdge {
+    /// The corners of its triangle at the smaller and at the larger end, and whether it starts at the smaller one.
+    fn corners(self, smaller: u32, triangles: &[[u32; 3]]) -> ([u32; 2], bool) {
+        let (start, end) =
+            (self.start, if self.start % 3 == 2 { self.start - 2 } else { self.start + 1 });
+        let is_forward = triangles.as_flattened()[start as usize] == smaller;
+        (if is_forward { [start, end] } else { [end, start] }, is_forward)
+    }
 }
 
 /// The topology of a mesh. Vertices without a triangle do not count.
@@ -56,17 +65,22 @@ pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology 
     for (smaller, ends) in starts.windows(2).enumerate() {
         let of_vertex = &mut half_edges[ends[0] as usize..ends[1] as usize];
         of_vertex.sort_unstable();
+        let smaller = smaller as u32;
         for edge in of_vertex.chunk_by(|a, b| a.larger == b.larger) {
             n_edges += 1;
-            components.join(smaller as u32, edge[0].larger);
-            match edge {
-                [_] => result.boundary_edges += 1,
-                [a, b] => result.misoriented_edges += usize::from(a.forward == b.forward),
+            components.join(smaller, edge[0].larger);
+            match edge.len() {
+                1 => result.boundary_edges += 1,
+                2 => {}
                 _ => result.nonmanifold_edges += 1,
             }
             for pair in edge.windows(2) {
-                fans.join(pair[0].corners[0], pair[1].corners[0]);
-                fans.join(pair[0].corners[1], pair[1].corners[1]);
+                let [(a, a_is_forward), (b, b_is_forward)] =
+                    [pair[0], pair[1]].map(|half| half.corners(smaller, triangles));
+                fans.join(a[0], b[0]);
+                fans.join(a[1], b[1]);
+                let is_misoriented = edge.len() == 2 && a_is_forward == b_is_forward;
+                result.misoriented_edges += usize::from(is_misoriented);
             }
         }
     }
@@ -88,15 +102,8 @@ pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology 
 fn by_smaller_end(n_vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     let half_edges = triangles.iter().enumerate().flat_map(|(t, triangle)| {
         (0..3).map(move |k| {
-            let next = (k + 1) % 3;
-            let (from, to) = (triangle[k], triangle[next]);
-            let corners = [(3 * t + k) as u32, (3 * t + next) as u32];
-            if from < to {
-                (from, HalfEdge { larger: to, forward: true, corners })
-            } else {
-                let corners = [corners[1], corners[0]];
-                (to, HalfEdge { larger: from, forward: false, corners })
-            }
+            let (from, to) = (triangle[k], triangle[(k + 1) % 3]);
+            (from.min(to), HalfEdge { larger: from.max(to), start: (3 * t + k) as u32 })
         })
     });
     grouped(n_vertices, half_edges)
