@@ -303,9 +303,10 @@ pub(crate) fn walk(
         .empty_counted(4)
 }
 
-/// Section `POSN` of vertices that stay where the first is, none of them a lattice vertex.
+/// Section `POSN` of vertices that stay where the first is and face x, none of them a lattice vertex.
 pub(crate) fn positions(n_vertices: usize, n_further: usize) -> Coded {
-    let first = (0..3).fold(Coded::new().empty(4), |c, _| c.constant(0, n_vertices));
+    let axes = Coded::new().empty(4).constant(0, n_vertices);
+    let first = (0..3).fold(axes, |c, _| c.constant(0, n_vertices));
     (0..3).fold(first, |c, _| c.constant(0, n_further))
 }
 
