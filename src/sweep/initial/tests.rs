@@ -155,10 +155,10 @@ fn vertices_a_little_off_are_moved_onto_the_isosurface() {
     let mesh = spectrum.mesh_at(ISOVALUE).expect("inside the range");
     assert_eq!(as_given(&given, &mesh), sorted(given.triangles.iter().copied()));
     for p in &mesh.positions {
-        // Knots are rounded by half a quantum across the surface, 1/256 voxel; values change by 0.105 in a voxel. Rounding along
-        // the curved surface, by 1/64 voxel, adds little.
+        // Knots are rounded by half a quantum across the surface, 1/256 voxel, and by 1/64 voxel along planes across the normals of the mesh, which
+        // are a few degrees off. Values change by 0.105 in a voxel, and the given mesh is 0.3 voxel off.
         let off = (volume.value_at(p.map(f64::from)) - ISOVALUE).abs();
-        assert!(off < 1.1 * 0.105 / 256.0, "{p:?} is off by {off}");
+        assert!(off < 1.5 * 0.105 / 256.0, "{p:?} is off by {off}");
     }
 }
 
