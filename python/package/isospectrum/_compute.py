@@ -318,6 +318,6 @@ def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.
     >>> import isospectrum
     >>> isospectrum.compute(phantom="sphere:8", progress=False).save("sphere.isp")
     >>> isospectrum.open("sphere.isp")
-    <isospectrum.Spectrum of sphere:8: -0.770027 to 0.79029, 5807 triangles>
+    <isospectrum.Spectrum of sphere:8: -0.770027 to 0.79029, 5815 triangles>
     """
     return Spectrum(_native.Spectrum.open(path_of(path)))

@@ -57,7 +57,7 @@ class Spectrum(Writing):
     >>> import isospectrum
     >>> s = isospectrum.compute(phantom="sphere:12", progress=False)
     >>> s.mesh("60%")
-    <isospectrum.Mesh: 804 triangles, 404 vertices at 0.220048>
+    <isospectrum.Mesh: 816 triangles, 410 vertices at 0.220048>
     """
 
     __slots__ = ("__weakref__", "_about", "_has_mask", "_last", "_native", "_picture")
