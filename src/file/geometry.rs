@@ -244,7 +244,7 @@ fn counts(ranks: &Ranks) -> (usize, [usize; 2]) {
 fn read_facing(axes: &Column, i: usize) -> Result<Facing> {
     let code = axes.get(i)?;
     Facing::from_code(code)
-        .ok_or_else(|| Error::input(format!("axis {code}, expected 0 to {}", Facing::N - 1)))
+        .ok_or_else(|| Error::input(format!("axis {code}, expected 0 to {}", Facing::MAX_CODE)))
 }
 
 /// The position at a difference from a predicted one.

@@ -52,8 +52,8 @@ pub(super) struct Facing {
 }
 
 impl Facing {
-    /// Numbers below this are those of an axis that a vertex faces, or of none.
-    pub(super) const N: u64 = 4;
+    /// The largest number in a file: that of a vertex that faces no axis.
+    pub(super) const MAX_CODE: u64 = NO_AXIS as u64;
 
     /// The axis that a vertex with these positions faces: the first for which both other coordinates are multiples of [`ALONG`] at
     /// every knot.
@@ -71,7 +71,7 @@ impl Facing {
 
     /// What [`Facing::code`] returned.
     pub(super) fn from_code(code: u64) -> Option<Facing> {
-        (code < Self::N).then_some(Facing { axis: code as usize })
+        (code <= Self::MAX_CODE).then_some(Facing { axis: code as usize })
     }
 
     /// The axes, and the units in which coordinates along them are counted; the axis that the vertex faces is the first, the next ones

@@ -106,7 +106,7 @@ struct Trajectories<'a> {
     /// Index in `tracks` of the first trajectory of a tracked vertex, and the knots of those, in the frame of the whole.
     first_own: usize,
     own: Vec<Vec<(f64, Vec3)>>,
-    /// Knots of trajectories inside cells.
+    /// Knots of trajectories inside cells, in the frame of the whole.
     inner: Vec<Vec<(f64, Vec3)>>,
     /// Lowest and highest corner of the box of the whole volume, multiples of the unit of stored positions inside it.
     corners: [Vec3; 2],
@@ -117,22 +117,22 @@ impl Trajectories<'_> {
     /// its border.
     fn each(&self, i: usize, f: &mut dyn FnMut(f64, Vec3)) {
         let edge;
-        let (knots, by): (&[(f64, Vec3)], Vec3) = match self.tracks[i] {
+        let knots: &[(f64, Vec3)] = match self.tracks[i] {
             // Computed from the position in the whole, so that all blocks round it equally.
             Track::Edge(e) => {
                 edge =
                     trajectory_from(self.field, e, self.range, self.field.whole_position(e.from));
-                (&edge, Vec3::ZERO)
+                &edge
             }
-            Track::Own(_) => (&self.own[i - self.first_own], Vec3::ZERO),
-            Track::Inner(n) => (&self.inner[n as usize], base(self.field)),
+            Track::Own(_) => &self.own[i - self.first_own],
+            Track::Inner(n) => &self.inner[n as usize],
         };
         // Events may be slightly before or after the other knots.
         let [low, high] = self.spans[i];
         let last = knots.len() - 1;
         for (k, &(c, p)) in knots.iter().enumerate() {
             let c = if k == 0 { c.min(low) } else { c };
-            let p = (p + by).clamp(self.corners[0], self.corners[1]);
+            let p = p.clamp(self.corners[0], self.corners[1]);
             f(if k == last { c.max(high) } else { c }, p);
         }
     }
@@ -170,7 +170,7 @@ pub(super) fn patch(
     let own: Vec<Vec<(f64, Vec3)>> = own.collect();
     drop(knots);
     let inner = inner.into_par_iter();
-    let inner = inner.map(|knots| inner_trajectory(&knots, thinning.tolerance)).collect();
+    let inner = inner.map(|knots| inner_trajectory(&knots, base, thinning.tolerance)).collect();
     let corners = [Vec3::ZERO, highest_corner(field, thinning.tolerance)];
     let ends = ends.into_isovalues();
     let spans = spans.into_iter().map(|span| span.map(|rank| ends[rank as usize])).collect();
@@ -284,14 +284,14 @@ fn own_trajectory(
     kept.iter().map(round).collect()
 }
 
-/// The trajectory of a vertex inside a cell: the knots that thinning keeps.
-fn inner_trajectory(knots: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
+/// The trajectory of a vertex inside a cell: the knots that thinning keeps, in the frame of the whole.
+fn inner_trajectory(knots: &[(f64, Vec3)], base: Vec3, tolerance: f32) -> Vec<(f64, Vec3)> {
     // The normal does not matter: the bound is the same in all directions.
     let normal = Vec3::Z;
     let of_knot =
         |&(isovalue, position)| Candidate { isovalue, position, normal, is_required: false };
     let kept = thinned(knots.iter().map(of_knot).collect(), ErrorBound::inside(tolerance));
-    kept.iter().map(|k| (k.isovalue, k.position)).collect()
+    kept.iter().map(|k| (k.isovalue, k.position + base)).collect()
 }
 
 /// The knots of one trajectory that thinning keeps, by isovalue.
